@@ -1,0 +1,5 @@
+"""``python -m rtbench``: the command line."""
+
+from rtbench.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""A kernel instantiated: in an arithmetic, over a layout, in a loop."""

@@ -1,0 +1,46 @@
+"""The kernels as a list of plain facts; needs no compiler."""
+
+from __future__ import annotations
+
+import ast
+
+from rtbench.compiled import layout, syntax
+from rtbench.kernels import registry
+from rtbench.kernels.contract import Kernel
+
+
+def facts(kernel: Kernel) -> dict:
+    """Return what is known of a kernel without running it, as JSON can hold it."""
+    counts = syntax.operations(kernel)
+    return {
+        "name": kernel.name,
+        "title": kernel.title,
+        "method": kernel.method,
+        "domain": kernel.domain,
+        "outputs": list(kernel.outputs),
+        "precisions": list(kernel.precisions),
+        "exact": kernel.exact,
+        "bytes_per_triangle": layout.bytes_per_triangle(kernel),
+        "operations": counts and {name: counts[name] for name in syntax.OPERATIONS},
+        "vector_operations": counts and {name: counts[name] for name in syntax.VECTOR_OPERATIONS},
+        "outcomes": list(kernel.outcomes),
+        "source": kernel.source,
+    }
+
+
+def list_kernels() -> list[dict]:
+    """Return every kernel of the package.
+
+    Returns
+    -------
+    list of dict
+        ``name``, ``method``, ``domain`` (line, ray, segment), ``outputs``, ``precisions``,
+        ``bytes_per_triangle`` (float32, own layout, packed), ``operations`` (add, sub, mul,
+        div, cond; None where no tree bounds them), ``source`` and more.
+    """
+    return [facts(kernel) for kernel in registry.all_kernels().values()]
+
+
+def listing(kernel: Kernel) -> str:
+    """Return the source of a kernel as it is compiled: its declared outputs and no more."""
+    return ast.unparse(syntax.tree(kernel))

@@ -1,0 +1,136 @@
+"""The kernel contract: one plain function a method, from which every form is made.
+
+A kernel reads fields of ``tri`` and ``ray`` as the published listings do
+(``tri.v0[0]``, ``ray.dir[tri.i1]``), uses the names ZERO, ONE, EPSILON instead
+of literals, and returns its outcome code (0 is a hit) followed by its outputs.
+From this source come float32, float64, mixed and exact arithmetic, operation
+counts, stages, records and packets: see ``rtbench/compiled``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+# Stand-ins that keep a kernel runnable as plain Python. Each compiled form
+# replaces them by the same numbers in its own precision, the exact form by rationals.
+ZERO = 0.0
+ONE = 1.0
+EPSILON = 0.000001  # Blecha 2007, 4.5: "EPSILON = 0.000001", absolute, as printed
+NO_T = math.nan  # an output of a test that did not hit
+
+HIT = 0
+
+DOMAINS = {
+    "line": "the whole line: a hit may have t < 0",
+    "ray": "the half line t > 0",
+    "segment": "from the origin to the end point",
+}
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A ray/triangle test and what is said of it.
+
+    Attributes
+    ----------
+    name : str
+        The name on the command line, ``[a-z0-9_]+``.
+    function : callable
+        ``function(tri, ray) -> (outcome, *outputs)``, plain Python.
+    title, method : str
+        A line for people, and the method of which this is a variant.
+    domain : str
+        ``line``, ``ray`` or ``segment``.
+    outcomes : tuple of str
+        Labels of the outcome codes, in order of the codes; code 0 is the hit.
+    outputs : tuple of str
+        What follows the outcome code: ``("t",)`` or ``("t", "u", "v")``. The function may
+        return more than these; then the rest, and what only the rest needs, is left out.
+    source : str
+        Author, year, section.
+    prepare : callable or None
+        ``prepare(v0, v1, v2) -> dict`` of the stored fields beside the vertices, (N, 3)
+        arrays in, (N, ...) arrays out, in the dtype that comes in.
+    exact : bool
+        Whether rational arithmetic decides the test (no roots, no arccos).
+    """
+
+    name: str
+    function: Callable
+    title: str
+    method: str
+    domain: str
+    outcomes: tuple[str, ...]
+    outputs: tuple[str, ...]
+    source: str
+    prepare: Callable | None = None
+    exact: bool = True
+    precisions: tuple[str, ...] = field(default=("float32", "float64", "mixed"))
+
+
+def kernel(
+    *,
+    title: str,
+    method: str,
+    domain: str,
+    outcomes: tuple[str, ...],
+    outputs: tuple[str, ...] = ("t",),
+    source: str,
+    prepare: Callable | None = None,
+    exact: bool = True,
+) -> Callable[[Callable], Callable]:
+    """Declare the function below to be a kernel named as the function.
+
+    A function that also returns u and v makes two kernels: ``NAME`` returns t alone (what
+    only u and v need is left out of it) and ``NAME_uv`` returns all three.
+
+    Parameters
+    ----------
+    title, method, domain, outcomes, outputs, source, prepare, exact
+        As in :class:`Kernel`.
+
+    Returns
+    -------
+    callable
+        A decorator that returns the function unchanged, its ``kernels`` attribute set.
+
+    Raises
+    ------
+    ValueError
+        If a declaration is not one the rest of rtbench can honour.
+    """
+    if domain not in DOMAINS:
+        raise ValueError(f"domain {domain!r}: allowed are {', '.join(DOMAINS)}")
+    if outputs not in (("t",), ("t", "u", "v")):
+        raise ValueError(f"outputs {outputs!r}: allowed are ('t',) and ('t', 'u', 'v')")
+    if not 2 <= len(outcomes) <= 100:
+        raise ValueError(f"outcomes {outcomes!r}: a hit and at least one way to miss")
+
+    def declare(function: Callable) -> Callable:
+        name = function.__name__
+        if not re.fullmatch(r"[a-z0-9_]+", name):
+            raise ValueError(f"kernel name {name!r}: only a-z, 0-9 and _ are allowed")
+        function.kernels = tuple(
+            Kernel(
+                name + suffix,
+                function,
+                title + what,
+                method,
+                domain,
+                outcomes,
+                returned,
+                source,
+                prepare,
+                exact,
+            )
+            for suffix, what, returned in (
+                ("", "", ("t",)),
+                ("_uv", ", with u and v", ("t", "u", "v")),
+            )[: len(outputs) // 2 + 1]
+        )
+        return function
+
+    return declare

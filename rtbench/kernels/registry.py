@@ -1,0 +1,97 @@
+"""Which kernels there are: those of this folder, and those of a file that a user names."""
+
+from __future__ import annotations
+
+import fnmatch
+import functools
+import importlib.util
+import pkgutil
+import re
+from pathlib import Path
+
+import rtbench.kernels
+from rtbench.errors import RtbenchError, unknown
+from rtbench.kernels.contract import Kernel
+
+
+@functools.cache
+def all_kernels() -> dict[str, Kernel]:
+    """Return every kernel of the package by name, in the order of the files and within them."""
+    found: dict[str, Kernel] = {}
+    for module in pkgutil.iter_modules(rtbench.kernels.__path__):
+        found.update(_declared(importlib.import_module(f"rtbench.kernels.{module.name}")))
+    return found
+
+
+def find(name: str) -> Kernel:
+    """Return the kernel of that name, or of ``FILE.py:NAME``.
+
+    Raises
+    ------
+    RtbenchError
+        With the nearest valid name, or with what is wrong about the file.
+    """
+    if ".py:" in name:
+        path, _, inside = name.rpartition(":")
+        return _from_file(Path(path), inside)
+    if name not in all_kernels():
+        raise RtbenchError(unknown("kernel", name, all_kernels()))
+    return all_kernels()[name]
+
+
+def select(patterns: list[str] | tuple[str, ...]) -> list[Kernel]:
+    """Return the kernels that names, globs and ``FILE.py:NAME`` select, each once, in order.
+
+    Raises
+    ------
+    RtbenchError
+        Where a name is unknown or a glob matches nothing.
+    """
+    chosen: dict[str, Kernel] = {}
+    for pattern in patterns:
+        if re.search(r"[*?\[]", pattern) and ".py:" not in pattern:
+            names = fnmatch.filter(all_kernels(), pattern)
+            if not names:
+                raise RtbenchError(unknown("kernel pattern", pattern, all_kernels()))
+            found = [all_kernels()[name] for name in names]
+        else:
+            found = [find(pattern)]
+        for kernel in found:
+            if chosen.setdefault(kernel.name, kernel) is not kernel:
+                raise RtbenchError(f"two kernels are named {kernel.name!r}: rename one of them")
+    return list(chosen.values())
+
+
+@functools.cache
+def _from_file(path: Path, name: str) -> Kernel:
+    if not path.is_file():
+        raise RtbenchError(f"kernel file {str(path)!r} is not there")
+    spec = importlib.util.spec_from_file_location(f"rtbench_kernel_file_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as problem:
+        raise RtbenchError(
+            f"kernel file {str(path)!r} cannot be imported: {type(problem).__name__}: {problem}"
+        ) from problem
+    declared = _declared(module)
+    if not declared:
+        raise RtbenchError(
+            f"kernel file {str(path)!r} declares no kernel: "
+            "put @kernel(...) of rtbench.kernels.contract above the function"
+        )
+    if name not in declared:
+        raise RtbenchError(unknown(f"kernel of {path.name}", name, declared))
+    if name in all_kernels():
+        raise RtbenchError(f"kernel {name!r} of {path.name} has the name of a built-in one")
+    return declared[name]
+
+
+def _declared(module) -> dict[str, Kernel]:
+    """Return what the functions defined in this very module declare."""
+    return {
+        kernel.name: kernel
+        for value in list(vars(module).values())
+        if getattr(value, "__module__", None) == module.__name__
+        for kernel in getattr(value, "kernels", ())
+    }
