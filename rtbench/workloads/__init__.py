@@ -1,0 +1,1 @@
+"""Where triangles and rays come from."""
