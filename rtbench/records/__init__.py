@@ -1,0 +1,1 @@
+"""Runs as files: writing, reading, deriving tables from them, comparing them."""

@@ -1,0 +1,141 @@
+"""A run as it is read: run.json at once, its tables when they are asked for."""
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtbench.errors import NotComparable
+from rtbench.records import schema, tabular
+from rtbench.records.samples import WholeLines, read_samples
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Run:
+    """One run folder.
+
+    Attributes
+    ----------
+    path : Path
+        The folder.
+    name : str
+        Its name.
+    info : dict
+        run.json.
+    """
+
+    def __init__(self, path: Path, info: dict) -> None:
+        self.path = Path(path)
+        self.name = info.get("name") or self.path.name
+        self.info = info
+
+    @property
+    def cell(self) -> list[str]:
+        """The columns that identify a cell."""
+        return list(self.info["cell"])
+
+    @property
+    def published(self) -> bool:
+        """Whether the numbers were printed somewhere, not measured by rtbench."""
+        return bool(self.info.get("published"))
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to its end."""
+        return bool(self.info.get("finished"))
+
+    @property
+    def dropped(self) -> int:
+        """Number of cut-off lines that were left out of the samples (0 or 1)."""
+        return self._whole.dropped
+
+    @cached_property
+    def samples(self) -> "pandas.DataFrame":
+        """One row a sample: cell, outcome, process, launch, round, position, ..., ns, cpu_ns."""
+        return tabular.frame(self._whole.rows, self._whole.columns)
+
+    @cached_property
+    def summary(self) -> "pandas.DataFrame":
+        """One row a cell; derived here if summary.csv is missing or older than the samples."""
+        from rtbench.records.derive import summarise
+
+        if self._stands(schema.SUMMARY):
+            return tabular.read(self.path / schema.SUMMARY, schema.SUMMARY_COLUMNS)
+        return summarise(self)
+
+    @cached_property
+    def outcomes(self) -> "pandas.DataFrame":
+        """One row an outcome; derived here if outcomes.csv is missing or older."""
+        from rtbench.records.derive import outcome_table
+
+        if self._stands(schema.OUTCOMES):
+            return tabular.read(self.path / schema.OUTCOMES, schema.OUTCOME_COLUMNS)
+        return outcome_table(self)
+
+    @cached_property
+    def operations(self) -> "pandas.DataFrame":
+        """One row a kernel: add, sub, mul, div, cond and the vector operations; may be empty."""
+        path = self.path / schema.OPERATIONS
+        if path.exists():
+            return tabular.read(path, schema.OPERATION_COLUMNS)
+        return tabular.frame([], schema.OPERATION_COLUMNS)
+
+    @cached_property
+    def _whole(self) -> WholeLines:
+        path = self.path / schema.SAMPLES
+        if not path.exists():  # published, or nothing was to be timed
+            return WholeLines(schema.sample_columns(self.cell), [], 0, 0)
+        return read_samples(path, self.cell)
+
+    def _stands(self, name: str) -> bool:
+        derived = self.path / name
+        if not derived.exists():
+            return False
+        samples = self.path / schema.SAMPLES
+        if not samples.exists():
+            return True
+        # A run that was killed has grown since its tables were derived.
+        newest = max(samples.stat().st_mtime_ns, (self.path / schema.RUN).stat().st_mtime_ns)
+        return derived.stat().st_mtime_ns >= newest
+
+
+def read_info(path: Path) -> dict:
+    """Read and check the run.json of a folder.
+
+    Parameters
+    ----------
+    path : Path
+        The run folder.
+
+    Returns
+    -------
+    dict
+        Its content.
+
+    Raises
+    ------
+    NotComparable
+        If it is missing, damaged, foreign, or of a newer schema.
+    """
+    file = path / schema.RUN
+    try:
+        info = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise NotComparable(f"{path} is not a run: it has no {schema.RUN}") from error
+    except OSError as error:
+        raise NotComparable(f"cannot read {file}: {tabular.reason(error)}") from error
+    except ValueError as error:
+        raise NotComparable(f"{file} is damaged: {error}") from error
+    number = info.get("schema") if isinstance(info, dict) else None
+    if not isinstance(number, int) or isinstance(number, bool):
+        raise NotComparable(f"{file} is not a run of rtbench: no schema number")
+    if number > schema.SCHEMA:
+        raise NotComparable(
+            f"{file} has schema {number}; this rtbench reads up to {schema.SCHEMA}: update rtbench"
+        )
+    cell = info.get("cell")
+    if not isinstance(cell, list) or not cell or not all(isinstance(name, str) for name in cell):
+        raise NotComparable(f"{file} does not say which columns identify a cell (cell)")
+    return info
