@@ -1,0 +1,256 @@
+"""The parent of the workers: gives them turns, one at a time, and hands on each finished round.
+
+Workers are fresh interpreters, never forks: a forked child would inherit its parent's code
+placement, and placement is what differs from process to process. Each is started just before its
+first turn, while nobody measures.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtbench.compiled.instantiate import Instance
+from rtbench.errors import RtbenchError, WrongAnswers
+from rtbench.measure.schedule import order, shares
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A cell to be timed.
+
+    Attributes
+    ----------
+    key : dict
+        What identifies the cell in the records.
+    instance : Instance
+        The compiled loop.
+    triangles, rays : str
+        Names of the arrays of records.
+    pairs : str
+        Name of the array of pairs (uint64) to be tested, in this order.
+    expected : tuple of str
+        Names of the outputs (outcome, t, u, v) that every run must give, bit for bit.
+    order : str
+        repeat: each pair many times in a row; sweep, sorted: the list of pairs again and again;
+        shuffled: all repetitions of all pairs in one random sequence.
+    count : int
+        How many pairs.
+    repetitions : int
+        Of each pair, over all samples.
+    nanoseconds : float
+        Expected time of a test, for the estimate of what is left.
+    """
+
+    key: dict
+    instance: Instance
+    triangles: str
+    rays: str
+    pairs: str
+    expected: tuple[str, str, str, str]
+    order: str
+    count: int
+    repetitions: int
+    nanoseconds: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How the samples are laid out: processes, rounds, the seed of the orders, a CPU to pin to."""
+
+    processes: int
+    rounds: int
+    seed: int
+    cpu: int | None = None
+
+
+class Arrays:
+    """Arrays on disk for the workers, each under a name, gone with the session."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="rtbench-data-")
+        self.paths: dict[str, str] = {}
+
+    def add(self, name: str, array: np.ndarray) -> str:
+        """Keep an array under a name; return the name. A name already there is kept as it is."""
+        if name not in self.paths:
+            path = Path(self._folder.name) / f"{len(self.paths)}.npy"
+            np.save(path, array)
+            self.paths[name] = str(path)
+        return name
+
+    def close(self) -> None:
+        """Remove them."""
+        self._folder.cleanup()
+
+
+class Worker:
+    """One worker process."""
+
+    def __init__(self) -> None:
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process)
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "rtbench.measure.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._words,
+            text=True,
+        )
+
+    def tell(self, message: dict) -> None:
+        try:
+            self._process.stdin.write(json.dumps(message) + "\n")
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            self._gone()
+
+    def hear(self) -> dict | list:
+        line = self._process.stdout.readline()
+        if not line:
+            self._gone()
+        return json.loads(line)
+
+    def _gone(self) -> None:
+        code = self._process.wait()
+        self._words.seek(0)
+        words = self._words.read().decode(errors="replace").strip().splitlines()
+        how = f"signal {-code}" if code < 0 else f"exit code {code}"
+        raise RtbenchError(
+            f"a measuring process ended by {how}" + (f": {words[-1]}" if words else "")
+        )
+
+    def close(self) -> None:
+        with suppress(OSError):
+            self._process.stdin.close()
+        self._process.kill()
+        self._process.wait()
+        self._process.stdout.close()
+        self._words.close()
+
+
+def measure(
+    cells: list[Timed],
+    arrays: Arrays,
+    plan: Plan,
+    sink: Callable[[list[dict]], None],
+    progress: Callable[[float], None] = lambda fraction: None,
+    done: Iterable[tuple[int, int, int]] = (),
+    launch: int = 0,
+    first_worker: Worker | None = None,
+) -> None:
+    """Time every cell in every round of every process that is not done yet.
+
+    Parameters
+    ----------
+    cells : list of Timed
+    arrays : Arrays
+        What the cells name.
+    plan : Plan
+    sink : callable
+        Is given the rows of each round of a process as it ends.
+    progress : callable
+        Is given the fraction that is done, by expected time.
+    done : iterable of (process, round, cell)
+        What earlier launches have measured.
+    launch : int
+        0, one more at each resumption.
+    first_worker : Worker, optional
+        One already started.
+
+    Raises
+    ------
+    WrongAnswers
+        If a timed loop gives any answer but the expected one.
+    RtbenchError
+        If a worker process dies.
+    """
+    done = set(done)
+    layout = [shares(cell.repetitions, plan.processes * plan.rounds) for cell in cells]
+    left = [
+        (turn, process, todo)
+        for turn in range(plan.rounds)
+        for process in range(plan.processes)
+        if (
+            todo := [
+                (position, i, layout[i][process * plan.rounds + turn])
+                for position, i in enumerate(order(plan.seed, process, turn, len(cells)))
+                if (process, turn, i) not in done and layout[i][process * plan.rounds + turn]
+            ]
+        )
+    ]
+    cost = [cell.count * cell.nanoseconds for cell in cells]
+    total = sum(cost[i] * m for *_, todo in left for _, i, m in todo) or 1.0
+    spent = 0.0
+    spare = [first_worker] if first_worker else []
+    workers: dict[int, Worker] = {}
+    try:
+        for turn, process, todo in left:
+            if process not in workers:
+                workers[process] = spare.pop() if spare else Worker()
+                _prepare(workers[process], cells, arrays, plan)
+            workers[process].tell({"round": [[i, m] for _, i, m in todo]})
+            rows = []
+            for position, i, repetitions in todo:
+                answer = workers[process].hear()
+                if isinstance(answer, dict):
+                    raise WrongAnswers(_wrong(cells[answer["wrong"]]))
+                rows.append(
+                    cells[i].key
+                    | {
+                        "process": process,
+                        "launch": launch,
+                        "round": turn,
+                        "position": position,
+                        "triangles": cells[i].count,
+                        "repetitions": repetitions,
+                        "tests": cells[i].count * repetitions,
+                        "ns": answer[1],
+                        "cpu_ns": answer[2],
+                    }
+                )
+                spent += cost[i] * repetitions
+                progress(spent / total)
+            sink(rows)
+    finally:
+        for worker in [*workers.values(), *spare]:
+            worker.close()
+
+
+def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan) -> None:
+    worker.tell(
+        {
+            "cpu": plan.cpu,
+            "arrays": arrays.paths,
+            "cells": [
+                {
+                    "module": str(cell.instance.path),
+                    "entry": cell.instance.entry,
+                    "triangles": cell.triangles,
+                    "rays": cell.rays,
+                    "pairs": cell.pairs,
+                    "expected": cell.expected,
+                    "order": cell.order,
+                    "seed": plan.seed,
+                }
+                for cell in cells
+            ],
+        }
+    )
+    answer = worker.hear()
+    if "wrong" in answer:
+        raise WrongAnswers(_wrong(cells[answer["wrong"]]))
+
+
+def _wrong(cell: Timed) -> str:
+    what = ", ".join(
+        f"{name} {value}" for name, value in cell.key.items() if value not in ("", None)
+    )
+    return f"the timed loop of {what} gave an answer that differs from the one checked before"
