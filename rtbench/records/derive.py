@@ -37,7 +37,7 @@ def times(samples: "pandas.DataFrame") -> Times:
 
 
 def cells(run: Run, columns: list[str]) -> dict[tuple, "pandas.DataFrame"]:
-    """Return a run's samples by cell, in the order in which they were first taken.
+    """Return a run's samples by cell, in the order of its config (samples are taken shuffled).
 
     Parameters
     ----------
@@ -56,7 +56,25 @@ def cells(run: Run, columns: list[str]) -> dict[tuple, "pandas.DataFrame"]:
     values = [[tabular.plain(value) for value in samples[name]] for name in columns]
     for place, key in enumerate(zip(*values, strict=True)):
         places.setdefault(key, []).append(place)
-    return {key: samples.iloc[rows] for key, rows in places.items()}
+    ranks = [_ranks(run, name, [key[i] for key in places]) for i, name in enumerate(columns)]
+    in_order = sorted(places, key=lambda key: [r[v] for r, v in zip(ranks, key, strict=True)])
+    return {key: samples.iloc[places[key]] for key in in_order}
+
+
+def _ranks(run: Run, column: str, values: list) -> dict[object, int]:
+    """Return the place of each value of a column: as the config names them, numbers by size."""
+    told = run.info.get("config", {}).get(f"{column}s") or []
+    if column == "kernel":
+        told = [name for name in run.info.get("kernels") or values if name != schema.EMPTY]
+        told += [schema.EMPTY]
+    told = [*told, *values]
+
+    def key(value: object) -> tuple:
+        if value is None:
+            return (0,)
+        return (1, value) if isinstance(value, (int, float)) else (2, told.index(value))
+
+    return {value: place for place, value in enumerate(sorted(set(values), key=key))}
 
 
 def summarise(run: Run) -> "pandas.DataFrame":

@@ -18,7 +18,7 @@ from rtbench import resources
 from rtbench.errors import NotComparable, RtbenchError, unknown
 from rtbench.records.run import Run, read_info
 from rtbench.records.samples import read_samples
-from rtbench.records.schema import RUN, SAMPLES, SCHEMA
+from rtbench.records.schema import OUTCOMES, RUN, SAMPLES, SCHEMA, SUMMARY
 from rtbench.records.tabular import lines, reason, replace
 
 try:
@@ -134,7 +134,10 @@ class RunWriter:
         if info.get("published"):
             raise RtbenchError(f"{path.name} is a published record: it cannot be resumed")
         if info.get("finished"):
-            raise RtbenchError(f"{path.name} is finished: nothing is left to resume")
+            raise RtbenchError(
+                f"{path.name} is finished: nothing is left to resume (rtbench table and rtbench "
+                "plot make its tables and plots again)"
+            )
         whole = read_samples(path / SAMPLES, info["cell"])
         writer = cls(path, info, whole.columns)
         # Read again now that the file is locked: another process may have written meanwhile.
@@ -181,12 +184,16 @@ class RunWriter:
         try:
             replace(self.path / RUN, _as_json(grown))
         except RtbenchError as error:
-            raise RtbenchError(f"{error}; {self._cure()}") from error
+            raise RtbenchError(f"{error}; {self.cure()}") from error
         self.info = grown
 
     def finish(self, **more: object) -> None:
         """Mark the run as finished now, adding keys as `update` does, and close it."""
         self.update(finished=datetime.now(UTC).isoformat(timespec="seconds"), **more)
+        for derived in (SUMMARY, OUTCOMES):
+            # That the run is finished changes no table: those that stand are not out of date.
+            with suppress(OSError):
+                os.utime(self.path / derived)
         self.close()
 
     def close(self) -> None:
@@ -215,9 +222,10 @@ class RunWriter:
                 with suppress(OSError):
                     os.ftruncate(self._file, size)
             path = self.path / SAMPLES
-            raise RtbenchError(f"cannot write {path}: {reason(error)}; {self._cure()}") from error
+            raise RtbenchError(f"cannot write {path}: {reason(error)}; {self.cure()}") from error
 
-    def _cure(self) -> str:
+    def cure(self) -> str:
+        """Return how to go on with the run after whatever stopped it."""
         in_default = self.path.parent == Path("results")
         run = self.name if in_default else self.path
         return f"what was measured is kept, go on with: rtbench run --resume {run}"
