@@ -69,5 +69,6 @@ def badouel(tri, ray):
 
     if alpha < ZERO or alpha + beta > ONE:
         return 4, t, NO_T, NO_T
+    "condition: alpha"
 
     return HIT, t, alpha, beta

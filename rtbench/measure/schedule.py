@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 PROCESSES = 5
-ROUNDS = 10
-# In repeat order a pair's first test of a row meets a cold predictor; 100 in a row drown it.
-ENOUGH_REPETITIONS = 100
+ROUNDS = 5
+# In repeat order the first test of each pair is mispredicted, which costs as much as five tests:
+# 400 in a row make that 1 %.
+ENOUGH_REPETITIONS = 400
 ENOUGH_TESTS = 20_000  # about 0.1 ms: well above the clock's resolution and the call
 
 
@@ -33,8 +34,9 @@ def samples_for(
     pairs : int
         The number of pairs of a cell.
     processes, rounds : int, optional
-        As wished; what is not given is chosen: 5 processes of 10 rounds, fewer rounds (then
-        fewer processes) where a sample would have too few repetitions or tests.
+        As wished; what is not given is chosen: 5 processes of 5 rounds, fewer rounds (then
+        fewer processes) where a sample would have too few repetitions or tests; fewer processes
+        too where so many rounds as wished need more repetitions than there are.
 
     Returns
     -------
@@ -43,7 +45,8 @@ def samples_for(
         sample has at least one.
     """
     enough = max(1, -(-ENOUGH_TESTS // pairs))
-    chosen_processes = processes or min(PROCESSES, max(1, repetitions // enough))
+    most = max(1, repetitions // (rounds or 1))
+    chosen_processes = processes or min(PROCESSES, most, max(1, repetitions // enough))
     chosen_processes = min(chosen_processes, repetitions)
     wished = rounds or min(
         ROUNDS, max(1, repetitions // (chosen_processes * max(enough, ENOUGH_REPETITIONS)))

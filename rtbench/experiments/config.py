@@ -1,0 +1,201 @@
+"""What a run is to do: read from a TOML file, changed by options, checked before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from rtbench import resources
+from rtbench.compiled.layout import LAYOUTS, PRECISIONS
+from rtbench.errors import RtbenchError, unknown
+
+ORDERS = ("repeat", "sweep", "sorted", "shuffled")
+EXPERIMENTS = (
+    "density",
+    "latency",
+    "operations",
+    "outcomes",
+    "prediction",
+    "stages",
+    "working_set",
+)
+GENERATORS = ("pcg64", "msvc")
+MOST = 1_000_000_000  # of anything that is counted
+
+
+@dataclass(frozen=True)
+class Config:
+    """One question.
+
+    Attributes
+    ----------
+    name : str
+        The file's stem.
+    experiment : str
+        One of EXPERIMENTS.
+    title : str
+        A line for tables and plots.
+    table : str
+        The thesis's table that it repeats, or empty.
+    published : str
+        The published run that holds that table's numbers, or empty.
+    kernels, precisions, densities, orders : tuples
+        What is combined. Kernels are names, globs or FILE.py:NAME.
+    triangles, repetitions : int
+        Pairs, and how often each is tested over all samples of a cell.
+    sizes : tuple of int
+        Numbers of distinct pairs (experiment working_set).
+    generator, seed, layout
+        The workload.
+    processes, samples : int or None
+        Worker processes, and rounds in each; None: chosen from the repetitions.
+    """
+
+    name: str = "density"
+    experiment: str = "density"
+    title: str = "ns per test over the density of hits"
+    table: str = ""
+    published: str = ""
+    kernels: tuple[str, ...] = ("moller1", "badouel", "chirkov")
+    precisions: tuple[str, ...] = ("float32",)
+    densities: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 1.0)
+    orders: tuple[str, ...] = ("repeat", "sweep")
+    triangles: int = 25_000
+    repetitions: int = 20_000
+    sizes: tuple[int, ...] = ()
+    generator: str = "pcg64"
+    seed: int = 1
+    layout: str = "shared"
+    processes: int | None = None
+    samples: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, allowed in (
+            ("experiment", EXPERIMENTS),
+            ("generator", GENERATORS),
+            ("layout", LAYOUTS),
+        ):
+            if getattr(self, name) not in allowed:
+                raise RtbenchError(unknown(name, str(getattr(self, name)), allowed))
+        for name, allowed in (("precisions", PRECISIONS), ("orders", ORDERS)):
+            for value in getattr(self, name):
+                if value not in allowed:
+                    raise RtbenchError(unknown(name.removesuffix("s"), str(value), allowed))
+        for name in ("kernels", "precisions", "densities", "orders"):
+            values = getattr(self, name)
+            if not values:
+                raise RtbenchError(f"{name} is empty: at least one is needed")
+            if len(set(values)) < len(values):
+                raise RtbenchError(f"{name} names {_repeated(values)!r} twice")
+        for density in self.densities:
+            if not (math.isfinite(density) and 0 <= density <= 1):
+                raise RtbenchError(f"density {density} is not allowed (allowed: 0 to 1)")
+        for name in ("triangles", "repetitions", "processes", "samples"):
+            value = getattr(self, name)
+            if value is not None and not 1 <= value <= MOST:
+                raise RtbenchError(f"{name} {value} is not allowed (allowed: 1 to {MOST})")
+        if self.seed < 0:
+            raise RtbenchError(f"seed {self.seed} is not allowed (allowed: 0 or more)")
+        for size in self.sizes:
+            if not 1 <= size <= MOST:
+                raise RtbenchError(f"size {size} is not allowed (allowed: 1 to {MOST})")
+        if len(set(self.sizes)) < len(self.sizes):
+            raise RtbenchError(f"sizes names {_repeated(self.sizes)} twice")
+        if (self.processes or 1) * (self.samples or 1) > self.repetitions:
+            raise RtbenchError(
+                f"{self.processes or 1} processes x {self.samples or 1} samples need at least as "
+                f"many repetitions, and there are {self.repetitions}"
+            )
+
+    def changed(self, **options: object) -> Config:
+        """Return this with those options replaced that are not None (or an empty tuple)."""
+        given = {name: value for name, value in options.items() if value not in (None, ())}
+        return dataclasses.replace(self, **given)
+
+    def quick(self) -> Config:
+        """Return this with a tenth of the work."""
+        return dataclasses.replace(self, repetitions=max(1, self.repetitions // 10))
+
+    def as_dict(self) -> dict:
+        """Return what the records keep."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, told: dict) -> Config:
+        """Return the config that ``as_dict`` gave, also one that went through JSON.
+
+        Raises
+        ------
+        RtbenchError
+            If it has an unknown key, or a value of a wrong type.
+        """
+        given = {name: value for name, value in told.items() if value is not None}
+        return cls(**_values("the run's config", given, _KINDS))
+
+
+_KINDS = {field.name: field.type for field in dataclasses.fields(Config)}
+
+
+def _repeated(values: tuple) -> object:
+    return next(value for i, value in enumerate(values) if value in values[:i])
+
+
+def read(path: Path) -> Config:
+    """Read a config file.
+
+    Raises
+    ------
+    RtbenchError
+        If it is not there or not TOML, has an unknown key, or a value of a wrong type.
+    """
+    try:
+        told = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise RtbenchError(f"config {str(path)!r} cannot be read: {problem.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        raise RtbenchError(f"config {str(path)!r} is not TOML: {problem}") from None
+    kinds = {key: kind for key, kind in _KINDS.items() if key != "name"}
+    return Config(name=path.stem, **_values(f"config {path.name}", told, kinds))
+
+
+def _values(where: str, told: dict, kinds: dict[str, str]) -> dict:
+    """Return what was told as the fields want it."""
+    for key in told:
+        if key not in kinds:
+            raise RtbenchError(f"{where}: {unknown('key', key, kinds)}")
+    return {key: _value(where, key, kinds[key], value) for key, value in told.items()}
+
+
+def _value(where: str, key: str, kind: str, value: object) -> object:
+    """Return a value as its field wants it."""
+    inner = kind.removeprefix("tuple[").split(",")[0].split(" |")[0]
+    types = {"str": (str,), "int": (int,), "float": (int, float)}[inner]
+    items = value if kind.startswith("tuple") else [value]
+    good = isinstance(items, list | tuple) and all(
+        isinstance(item, types) and not isinstance(item, bool) for item in items
+    )
+    if not good:
+        wanted = f"a list of {inner}" if kind.startswith("tuple") else inner
+        raise RtbenchError(f"{where}: {key} = {value!r} is not allowed ({wanted})")
+    items = [float(item) if inner == "float" else item for item in items]
+    return tuple(items) if kind.startswith("tuple") else items[0]
+
+
+def shipped() -> dict[str, Path]:
+    """Return the configs that come with rtbench, by name."""
+    return {path.stem: path for path in sorted(resources.configs().glob("*.toml"))}
+
+
+def find(name: str) -> Config:
+    """Return the config of a path, or of the name of one that comes with rtbench."""
+    if name in shipped():
+        return read(shipped()[name])
+    path = Path(name)
+    if name == f"{path.stem}.toml" and not path.exists() and path.stem in shipped():
+        return read(shipped()[path.stem])
+    if not path.exists():
+        raise RtbenchError(unknown("config", name, shipped()))
+    return read(path)

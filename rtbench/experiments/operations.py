@@ -1,0 +1,17 @@
+"""How many operations a kernel needs at most (Blecha 2007, tables 4.4, 4.6, 4.8, 4.9)."""
+
+from __future__ import annotations
+
+from rtbench.compiled import syntax
+from rtbench.experiments.bench import Bench
+
+CELL = ("kernel",)
+
+
+def build(bench: Bench) -> None:
+    """Time nothing: the counts are read off the kernels' syntax."""
+
+
+def rows(bench: Bench) -> list[dict]:
+    """Return the counts of each kernel, a row each."""
+    return [{"kernel": kernel.name} | (syntax.operations(kernel) or {}) for kernel in bench.kernels]

@@ -1,0 +1,325 @@
+"""A run from its config to its records: prepare, plan, measure, derive."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from contextlib import closing
+from pathlib import Path
+from types import ModuleType
+from typing import Protocol
+
+from rtbench.errors import NotComparable, RtbenchError
+from rtbench.experiments.bench import Bench
+from rtbench.experiments.config import Config
+from rtbench.measure import machine
+from rtbench.measure.schedule import samples_for
+from rtbench.measure.session import Plan, Timed, Worker, WorkerDied, measure
+from rtbench.records import schema
+from rtbench.records.run import Run, read_info
+from rtbench.records.store import RunWriter, load_run
+
+
+class Stopped(RtbenchError):
+    """Somebody stopped the run (Ctrl-C, SIGTERM); what was measured is kept."""
+
+    exit_code = 130
+
+
+class Watcher(Protocol):
+    """Who is told how a run goes."""
+
+    def say(self, text: str) -> None:
+        """What begins now."""
+
+    def plan(self, text: str) -> None:
+        """What is going to be measured."""
+
+    def progress(self, fraction: float) -> None:
+        """How much of the measuring is done."""
+
+
+def start(
+    config: Config,
+    watcher: Watcher,
+    out: Path = Path("results"),
+    label: str | None = None,
+    cpu: int | None = None,
+    command: list[str] | None = None,
+) -> Run:
+    """Do what a config says and keep the records.
+
+    Parameters
+    ----------
+    config : Config
+    watcher : Watcher
+    out : Path
+        The output folder.
+    label : str, optional
+        Part of the run folder's name; the machine's short name if not given.
+    cpu : int, optional
+        Pin the measuring processes to this CPU.
+    command : list of str, optional
+        The command line, for the records.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    RtbenchError
+        For bad input, an unwritable folder, a kernel that is wrong (exit code 4).
+    """
+    _must_be_writable(out)
+    if cpu is not None:
+        machine.check_cpu(cpu)
+    experiment = _module(config.experiment)
+    before = machine.load()
+    with closing(Bench(_absolute(config), watcher.say)) as bench:
+        return _first_launch(bench, experiment, watcher, before, out, label, cpu, command)
+
+
+def _first_launch(
+    bench: Bench,
+    experiment: ModuleType,
+    watcher: Watcher,
+    before: dict,
+    out: Path,
+    label: str | None,
+    cpu: int | None,
+    command: list[str] | None,
+) -> Run:
+    config = bench.config
+    # It imports what it needs while we prepare.
+    worker = Worker() if config.experiment != "operations" else None
+    try:
+        experiment.build(bench)
+        processes, rounds = samples_for(
+            config.repetitions, _fewest(bench, config), config.processes, config.samples
+        )
+        writer = RunWriter.create(
+            out,
+            label or machine.label(),
+            config.name,
+            _info(bench, experiment, before, processes, rounds, cpu, command),
+            schema.sample_columns(list(experiment.CELL)),
+        )
+        with writer:
+            return _measure(bench, experiment, writer, watcher, 0, set(), worker)
+    finally:
+        if worker:
+            worker.close()
+
+
+def resume(ref: str, watcher: Watcher, out: Path = Path("results")) -> Run:
+    """End a run that was cut off, with what its run.json says.
+
+    Parameters
+    ----------
+    ref : str
+        A path, or a folder name under ``out``.
+
+    Raises
+    ------
+    RtbenchError
+        If it is finished already, or if the machine, the versions, a kernel's code or what is to
+        be measured are not those it was begun with.
+    """
+    found = load_run(ref, out)
+    with RunWriter.reopen(found.path) as writer:
+        run = Run(writer.path, writer.info)  # read again, now that nobody else writes it
+        told = run.info.get("config")
+        if not isinstance(told, dict) or not isinstance(run.info.get("plan"), dict):
+            raise NotComparable(f"{run.path} does not say what it was to measure (config, plan)")
+        config = Config.from_dict(told)
+        if run.info["plan"].get("cpu") is not None:
+            machine.check_cpu(run.info["plan"]["cpu"])
+        experiment = _module(config.experiment)
+        _must_be_the_same(
+            run.info, {"machine": machine.fingerprint(), "software": machine.software()}
+        )
+        with closing(Bench(config, watcher.say)) as bench:
+            experiment.build(bench)
+            now = {"workloads": bench.workloads, "outcomes": bench.outcomes}
+            _must_be_the_same(run.info, now | {"kernels": _codes(bench.compiled)})
+            _must_be_the_same(run.info, {"plan": run.info["plan"] | _work(bench)})
+            done, launches = _done(run, bench.cells)
+            return _measure(bench, experiment, writer, watcher, launches, done, None)
+
+
+def _measure(
+    bench: Bench,
+    experiment: ModuleType,
+    writer: RunWriter,
+    watcher: Watcher,
+    launch: int,
+    done: set[tuple[int, int, int]],
+    worker: Worker | None,
+) -> Run:
+    try:
+        _measure_the_rest(bench, experiment, writer, watcher, launch, done, worker)
+    except KeyboardInterrupt:
+        raise Stopped(f"stopped; {writer.cure()}") from None
+    except WorkerDied as problem:
+        raise RtbenchError(f"{problem}; {writer.cure()}") from None
+    return load_run(writer.path)
+
+
+def _measure_the_rest(
+    bench: Bench,
+    experiment: ModuleType,
+    writer: RunWriter,
+    watcher: Watcher,
+    launch: int,
+    done: set[tuple[int, int, int]],
+    worker: Worker | None,
+) -> None:
+    told = writer.info["plan"]
+    plan = Plan(told["processes"], told["rounds"], writer.info["seed"], told["cpu"])
+    if bench.cells:
+        watcher.plan(_description(bench, plan))
+        measure(
+            bench.cells, bench.arrays, plan, writer.append, watcher.progress, done, launch, worker
+        )
+    if hasattr(experiment, "rows"):
+        from rtbench.records import tabular
+
+        table = tabular.frame(experiment.rows(bench), schema.OPERATION_COLUMNS)
+        tabular.write(writer.path / schema.OPERATIONS, table)
+    watcher.say("summing up")
+    more = {"load": {"after": machine.load()}}
+    if hasattr(experiment, "conclude"):
+        more |= experiment.conclude(Run(writer.path, read_info(writer.path)))
+    from rtbench.records.derive import write_derived
+
+    # Finished only when all of it stands: a run killed here is resumed, and derives it again.
+    writer.update(**more)
+    write_derived(writer.path)
+    writer.finish()
+
+
+def _info(
+    bench: Bench,
+    experiment: ModuleType,
+    before: dict,
+    processes: int,
+    rounds: int,
+    cpu: int | None,
+    command: list[str] | None,
+) -> dict:
+    config = bench.config
+    return {
+        "experiment": config.experiment,
+        "title": config.title,
+        "cell": list(experiment.CELL),
+        "config": config.as_dict(),
+        "seed": config.seed,
+        "command": command or [],
+        "plan": {"processes": processes, "rounds": rounds, "cpu": cpu} | _work(bench),
+        "machine": machine.fingerprint(),
+        "software": machine.software(),
+        "load": {"before": before},
+        "workloads": bench.workloads,
+        "kernels": bench.compiled,
+        "outcomes": bench.outcomes,
+        **bench.facts,
+    }
+
+
+def _work(bench: Bench) -> dict:
+    tests = sum(cell.count * cell.repetitions for cell in bench.cells)
+    return {"cells": len(bench.cells), "tests": tests}
+
+
+def _module(experiment: str) -> ModuleType:
+    return importlib.import_module(f"rtbench.experiments.{experiment}")
+
+
+def _absolute(config: Config) -> Config:
+    """Return the config with kernel files named so that a resumption finds them from anywhere."""
+    kernels = tuple(
+        f"{Path(name.rpartition(':')[0]).resolve()}:{name.rpartition(':')[2]}"
+        if ".py:" in name
+        else name
+        for name in config.kernels
+    )
+    return config.changed(kernels=kernels)
+
+
+def _must_be_writable(out: Path) -> None:
+    """Say at once, not after minutes of preparing, that nothing can be written."""
+    place = out
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+        raise RtbenchError(f"output folder {str(out)!r} cannot be written")
+
+
+def _fewest(bench: Bench, config: Config) -> int:
+    """Return the number of pairs of the smallest workload that all kernels share."""
+    return min((w["triangles"] for w in bench.workloads), default=config.triangles)
+
+
+def _codes(kernels: dict) -> dict:
+    return {
+        name: {precision: facts["source_digest"] for precision, facts in forms.items()}
+        for name, forms in kernels.items()
+    }
+
+
+def _must_be_the_same(info: dict, now: dict) -> None:
+    """Refuse to add samples of another machine, compiler or workload to a run."""
+    for name, value in now.items():
+        before = info.get(name)
+        if name == "machine":
+            before, value = (before or {}).get("cpu_model"), value["cpu_model"]
+        elif name == "software":
+            kept = ("python", "numba", "llvmlite", "numpy", "rtbench")
+            before, value = (
+                {key: (told or {}).get(key) for key in kept} for told in (before, value)
+            )
+        elif name == "kernels":
+            before = _codes(before or {})
+        if before != value:
+            if isinstance(value, dict) and isinstance(before, dict):
+                key = next(key for key in [*value, *before] if before.get(key) != value.get(key))
+                name, before, value = f"{name} {key}", before.get(key), value.get(key)
+            what = f": {before} then, {value} now" if len(str(value)) < 80 else ""
+            raise RtbenchError(f"this run cannot be resumed here, {name} is not the same{what}")
+
+
+def _done(run: Run, cells: list[Timed]) -> tuple[set[tuple[int, int, int]], int]:
+    """Return the samples that a run holds, as (process, round, cell), and its launches so far."""
+    from rtbench.records import tabular
+
+    columns = [*run.cell, *(() if "outcome" in run.cell else ("outcome",))]
+    number = {
+        _identity({"triangles": cell.count} | cell.key, columns): i for i, cell in enumerate(cells)
+    }
+    done, launches = set(), 0
+    samples = run.samples
+    for row in samples.to_dict("records"):
+        key = _identity({name: tabular.plain(row[name]) for name in columns}, columns)
+        if key not in number:
+            raise RtbenchError(f"{run.name} cannot be resumed: it holds samples of {key}, no cell")
+        done.add((int(row["process"]), int(row["round"]), number[key]))
+        launches = max(launches, int(row["launch"]) + 1)
+    return done, launches
+
+
+def _identity(key: dict, columns: list[str]) -> tuple:
+    return tuple(None if key.get(name) in (None, "") else str(key[name]) for name in columns)
+
+
+def _description(bench: Bench, plan: Plan) -> str:
+    seconds = sum(c.count * c.repetitions * c.nanoseconds for c in bench.cells) / 1e9
+    tests = sum(c.count * c.repetitions for c in bench.cells)
+    return (
+        f"{len(bench.cells)} cells, {tests:.3g} tests in {plan.processes} processes x "
+        f"{plan.rounds} rounds, about {_duration(seconds + plan.processes)}"
+    )
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

@@ -1,0 +1,382 @@
+"""What chapter 4 of Blecha 2007 states, each decided on this machine by a number.
+
+A statement is confirmed or refuted where the 95 % interval of its number lies on one side of the
+bound, and not resolved where it does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rtbench.records import derive
+from rtbench.records.resampling import Estimate, Times, joined, median, ratio, seed_of, total
+from rtbench.records.run import Run
+from rtbench.records.schema import FIVE_DENSITIES
+from rtbench.records.statistics import ranking
+from rtbench.records.store import load_run
+
+CONFIRMED, REFUTED, NOT_RESOLVED = "confirmed", "refuted", "not resolved"
+STRAIGHT = 0.02  # a line is straight if no point is off by more
+MIXTURE = 0.03  # the mixture law holds if sum f_i t_i is the measured cost within so much
+
+
+class Measured:
+    """The cells of a run as estimates that were resampled together."""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self._seed = seed_of(run.name)
+
+    @cached_property
+    def _cells(self) -> dict[tuple, object]:
+        return derive.cells(self.run, ["kernel", "order", "density", self._last, "outcome"])
+
+    @property
+    def _last(self) -> str:
+        return "stage" if "stage" in self.run.cell else "precision"
+
+    def times(
+        self,
+        kernel: str,
+        density: float,
+        order: str = "repeat",
+        stage: str | None = None,
+        outcome: int | None = None,
+    ) -> Times:
+        """Return the samples of a cell."""
+        last = stage if self._last == "stage" else self.run.info["config"]["precisions"][0]
+        return derive.times(self._cells[kernel, order, density, last, outcome])
+
+    def cost(self, kernel: str, density: float, **which: object) -> Estimate:
+        """Return ns a test of a cell."""
+        return median(self.times(kernel, density, **which), self._seed)
+
+    def whole(self, kernel: str) -> Estimate:
+        """Return the sum over the run's densities in repeat order."""
+        densities = self.run.info["config"]["densities"]
+        return median(total([self.times(kernel, d) for d in densities]), self._seed)
+
+    def groups(self, kernel: str, density: float | None) -> dict[int, tuple[int, Estimate]]:
+        """Return count and cost of each outcome that occurs."""
+        return {
+            entry["outcome"]: (
+                entry["count"],
+                self.cost(kernel, density, outcome=entry["outcome"]),
+            )
+            for entry in self.run.info["outcomes"]
+            if entry["kernel"] == kernel and entry["density"] == density and entry["count"]
+        }
+
+    def mixture(self, kernel: str, density: float) -> Estimate:
+        """Return sum f_i t_i over the outcomes."""
+        found = self.groups(kernel, density).values()
+        return weighted([cost for _, cost in found], [count for count, _ in found])
+
+
+def weighted(costs: list[Estimate], weights: list[float]) -> Estimate:
+    """Return the weighted mean of estimates that were resampled together."""
+    share = np.asarray(weights, float) / np.sum(weights)
+    draws = None
+    if all(cost.draws is not None for cost in costs):
+        draws = share @ np.array([cost.draws for cost in costs])
+    return joined(float(share @ [cost.value for cost in costs]), draws, costs)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What the thesis says, the tables it takes to judge it, and the judge.
+
+    ``judge(runs)`` is given the runs by table and returns a verdict and the number behind it.
+    """
+
+    section: str
+    text: str
+    tables: tuple[str, ...]
+    judge: Callable[[dict[str, Measured]], tuple[str, str]]
+
+
+def judged(runs: dict[str, Run]) -> list[dict]:
+    """Judge every statement whose tables were measured.
+
+    Parameters
+    ----------
+    runs : dict of str to Run
+        Runs by the thesis's table ("4.1" ...) or the config's name ("stages").
+
+    Returns
+    -------
+    list of dict
+        ``section, statement, verdict, number``.
+    """
+    measured = {table: Measured(run) for table, run in runs.items()}
+    rows = []
+    for statement in STATEMENTS:
+        if all(table in measured for table in statement.tables):
+            verdict, number = statement.judge(measured)
+            rows.append(
+                {
+                    "section": statement.section,
+                    "statement": statement.text,
+                    "verdict": verdict,
+                    "number": number,
+                }
+            )
+    return rows
+
+
+def _side(estimate: Estimate, bound: float = 1.0) -> int:
+    """Return +1 or -1 where the interval lies above or below the bound, 0 where it does not."""
+    low, high = estimate.interval() or (-np.inf, np.inf)
+    return int(low > bound) - int(high < bound)
+
+
+def _shown(estimate: Estimate, unit: str = "", scale: float = 1.0, digits: int = 3) -> str:
+    text = f"{estimate.value * scale:.{digits}f}{unit}"
+    if (ends := estimate.interval()) is None:
+        return f"{text} (no interval)"
+    return f"{text} [{ends[0] * scale:.{digits}f}, {ends[1] * scale:.{digits}f}]"
+
+
+def _verdict(sides: list[int]) -> str:
+    """Confirmed if every number is resolved as said (+1), refuted if one is resolved against."""
+    if -1 in sides:
+        return REFUTED
+    return CONFIRMED if all(side == 1 for side in sides) else NOT_RESOLVED
+
+
+def _slower(run: Measured, than: str, kernels: list[str]) -> dict[str, Estimate]:
+    """Return how many times as long each kernel takes as one of them, over all densities."""
+    base = run.whole(than)
+    return {name: ratio(run.whole(name), base, paired=True) for name in kernels if name != than}
+
+
+def _times_as_long(found: dict[str, Estimate], than: str) -> str:
+    return ", ".join(f"{name}/{than} {_shown(value)}" for name, value in found.items())
+
+
+def _variant_1_best(runs):
+    found = _slower(runs["4.1"], "moller1", ["moller0", "moller2", "moller3"])
+    return _verdict([_side(value) for value in found.values()]), _times_as_long(found, "moller1")
+
+
+def _variant_3_at_density_1(runs):
+    run = runs["4.1"]
+    found = {
+        density: ratio(run.cost("moller3", density), run.cost("moller1", density), paired=True)
+        for density in FIVE_DENSITIES
+    }
+    sides = [_side(value) * (-1 if density == 1 else 1) for density, value in found.items()]
+    number = "; ".join(f"{density:g}: {_shown(value)}" for density, value in found.items())
+    return _verdict(sides), f"moller3/moller1 at density {number}"
+
+
+def _linear(runs):
+    run, sides, numbers = runs["4.2"], [], []
+    densities = np.array(run.run.info["config"]["densities"])
+    fit = np.polynomial.polynomial
+    for kernel in ("moller1", "badouel", "chirkov"):
+        costs = [run.cost(kernel, density) for density in densities]
+        values = np.array([cost.value for cost in costs])
+        line = fit.polyval(densities, fit.polyfit(densities, values, 1))
+        worst = int(np.argmax(np.abs(values / line - 1)))
+        off = values[worst] / line[worst] - 1
+        ends = costs[worst].interval() or (0.0, np.inf)
+        nearest = min(max(line[worst], ends[0]), ends[1]) / line[worst] - 1
+        sides.append(1 if abs(off) <= STRAIGHT else (-1 if abs(nearest) > STRAIGHT else 0))
+        numbers.append(f"{kernel} off by {off:+.1%} at most (density {densities[worst]:g})")
+    return _verdict(sides), "; ".join(numbers) + f"; straight is within {STRAIGHT:.0%}"
+
+
+def _mixture(runs):
+    run, sides, numbers = runs["4.2"], [], []
+    densities = run.run.info["config"]["densities"]
+    for kernel in ("moller1", "badouel", "chirkov"):
+        mixed = weighted([run.mixture(kernel, d) for d in densities], [1] * len(densities))
+        cost = weighted([run.cost(kernel, d) for d in densities], [1] * len(densities))
+        found = ratio(mixed, cost, paired=True)
+        low, high = found.interval() or (0.0, np.inf)
+        inside = low >= 1 - MIXTURE and high <= 1 + MIXTURE
+        sides.append(1 if inside else (-1 if high < 1 - MIXTURE or low > 1 + MIXTURE else 0))
+        numbers.append(f"{kernel} {_shown(found)}")
+    text = f"sum f_i t_i / measured: {', '.join(numbers)}; holds within {MIXTURE:.0%}"
+    return _verdict(sides), text
+
+
+def _table_45_explains_42(runs):
+    misses = {code: g for code, g in runs["4.5"].groups("moller1", None).items() if code}
+    mixed = weighted([cost for _, cost in misses.values()], [count for count, _ in misses.values()])
+    found = ratio(mixed, runs["4.2"].cost("moller1", 0.0))
+    low, high = found.interval() or (0.0, np.inf)
+    inside = low >= 1 - MIXTURE and high <= 1 + MIXTURE
+    side = 1 if inside else (-1 if high < 1 - MIXTURE or low > 1 + MIXTURE else 0)
+    return _verdict([side]), (
+        f"times of 4.5 mixed / 4.2 at density 0: {_shown(found)}; 28.294 / 28.297 in the thesis; "
+        f"holds within {MIXTURE:.0%}"
+    )
+
+
+def _chirkov_fastest(runs):
+    run = runs["4.2"]
+    found = _slower(run, "chirkov", ["moller1", "badouel"])
+    leads = [
+        ratio(run.cost("moller1", density), run.cost("chirkov", density), paired=True)
+        for density in (0.0, 1.0)
+    ]
+    growth = ratio(leads[1], leads[0], paired=True)
+    sides = [*(_side(value) for value in found.values()), _side(growth)]
+    return _verdict(sides), (
+        f"{_times_as_long(found, 'chirkov')}; lead over moller1 at density 1 / at 0: "
+        f"{_shown(growth)}"
+    )
+
+
+def _badouel_last(runs):
+    run = runs["4.2"]
+    found = {
+        name: ratio(run.whole("badouel"), run.whole(name), paired=True)
+        for name in ("moller1", "chirkov")
+    }
+    number = ", ".join(f"badouel/{name} {_shown(value)}" for name, value in found.items())
+    return _verdict([_side(value) for value in found.values()]), number
+
+
+def _vendor(runs):
+    run = runs["4.3"]
+    found = ratio(run.whole("chirkov"), run.whole("moller1"), paired=True)
+    there = {
+        name: dict(
+            load_run(name).summary.query("density == 'mean'")[["kernel", "ns_per_test"]].values
+        )
+        for name in ("blecha-pc1", "blecha-pc2", "blecha-pc3", "blecha-pc4")
+    }
+    thesis = ", ".join(
+        f"{name.removeprefix('blecha-')} {cost['chirkov'] / cost['moller1']:.3f}"
+        for name, cost in there.items()
+    )
+    return NOT_RESOLVED, (
+        f"one machine cannot decide it: chirkov/moller1 {_shown(found)} here; thesis: {thesis} "
+        "(pc1, pc2 AMD, pc3, pc4 Intel); compare machines with rtbench diff"
+    )
+
+
+def _kind(stage: str) -> str:
+    if stage.startswith("condition"):
+        return "conditions"
+    if "division" in stage:
+        return "divisions"
+    differences = ("edges", "difference", "T = O", "sides")
+    return "differences" if stage.startswith(differences) else "products"
+
+
+def _parts(run: Measured, kernel: str) -> dict[str, tuple[float, np.ndarray | None]]:
+    """Return the share of each stage in the kernel's cost: value and resamples."""
+    rows = run.run.summary.query("kernel == @kernel").sort_values("stage_index")
+    stages = list(rows["stage"])
+    costs = [run.cost("empty", 1.0)] + [run.cost(kernel, 1.0, stage=stage) for stage in stages]
+    known = all(cost.draws is not None for cost in costs)
+    return {
+        stage: (
+            (after.value - before.value) / (costs[-1].value - costs[0].value),
+            (after.draws - before.draws) / (costs[-1].draws - costs[0].draws) if known else None,
+        )
+        for stage, before, after in zip(stages, costs, costs[1:], strict=False)
+    }
+
+
+def _share(run: Measured, kernel: str, chosen: Callable[[str], bool]) -> Estimate:
+    parts = [part for stage, part in _parts(run, kernel).items() if chosen(stage)]
+    draws = None if any(d is None for _, d in parts) else sum(d for _, d in parts)
+    return joined(sum(value for value, _ in parts), draws, [run.cost(kernel, 1.0, stage="whole")])
+
+
+def _conditions_dearest(runs):
+    run, sides, numbers = runs["stages"], [], []
+    for kernel in ("moller1", "badouel", "chirkov"):
+        shares = {
+            kind: _share(run, kernel, lambda stage, kind=kind: _kind(stage) == kind)
+            for kind in ("conditions", "differences", "products", "divisions")
+        }
+        mine = shares.pop("conditions")
+        other = max(shares, key=lambda kind: shares[kind].value)
+        sides.append(_side(ratio(mine, shares[other], paired=True)))
+        numbers.append(
+            f"{kernel} {_shown(mine, ' %', 100, 0)}, {other} {_shown(shares[other], ' %', 100, 0)}"
+        )
+    return _verdict(sides), f"part of the conditions, and the dearest other: {'; '.join(numbers)}"
+
+
+def _last_condition(runs):
+    found = _share(runs["stages"], "moller1", lambda stage: stage == "condition: v")
+    low, high = found.interval() or (-np.inf, np.inf)
+    verdict = REFUTED if not low <= 0.06 <= high else CONFIRMED
+    if high - low > 0.06:  # an interval this wide would confirm anything
+        verdict = NOT_RESOLVED if verdict == CONFIRMED else verdict
+    return verdict, f"last condition of moller1: {_shown(found, ' %', 100, 1)} of the test"
+
+
+def _division_lifts(runs):
+    run = runs["4.3"]
+    here = ratio(run.whole("badouel"), run.whole("moller1"), paired=True)
+    thesis = load_run("blecha-pc1").summary.query("density == 'mean'").set_index("kernel")
+    there = thesis.loc["badouel", "ns_per_test"] / thesis.loc["moller1", "ns_per_test"]
+    part = _share(runs["stages"], "badouel", lambda stage: "division" in stage)
+    return _verdict([-_side(here, there)]), (
+        f"badouel/moller1 {_shown(here)} here, {there:.3f} on pc1; three divisions are "
+        f"{_shown(part, ' %', 100, 0)} of badouel here (what else changed since is not told apart)"
+    )
+
+
+def _operations(runs):
+    counts = load_run("blecha-operations").operations.set_index("kernel")
+    sums = counts[["add", "sub", "mul", "div", "cond"]].sum(axis=1).astype(int)
+    run = runs["4.2"]
+    found, sides = [], []
+    for fewer, more in (("badouel", "moller1"), ("moller1", "chirkov"), ("badouel", "chirkov")):
+        value = ratio(run.whole(fewer), run.whole(more), paired=True)
+        sides.append(_side(value))
+        found.append(f"{fewer} ({sums[fewer]})/{more} ({sums[more]}) {_shown(value)}")
+    verdict = CONFIRMED if 1 in sides else REFUTED if set(sides) == {-1} else NOT_RESOLVED
+    return verdict, "cost of the one with fewer operations / with more: " + ", ".join(found)
+
+
+def _with_uv(runs):
+    run, without = runs["4.10"], runs["4.3"]
+    found = _slower(run, "moller1_uv", ["badouel_uv", "chirkov_uv"])
+    gaps = ratio(
+        found["badouel_uv"],
+        ratio(without.whole("badouel"), without.whole("moller1"), paired=True),
+    )
+    order = ", ".join(ranking({name: run.whole(name).value for name in ["moller1_uv", *found]}))
+    return _verdict([*(_side(value) for value in found.values()), -_side(gaps)]), (
+        f"order {order}; {_times_as_long(found, 'moller1_uv')}; badouel's gap with u, v / "
+        f"without: {_shown(gaps)}"
+    )
+
+
+STATEMENTS = (
+    Statement("4.1", "Möller's variant 1 is the best", ("4.1",), _variant_1_best),
+    Statement(
+        "4.1", "variant 3 is ahead of 1 only at density 1", ("4.1",), _variant_3_at_density_1
+    ),
+    Statement("4.2", "cost is linear in the density of hits", ("4.2",), _linear),
+    Statement("4.2", "cost is the mixture of the outcomes' times", ("4.2",), _mixture),
+    Statement("4.5", "table 4.5 explains table 4.2", ("4.2", "4.5"), _table_45_explains_42),
+    Statement(
+        "4.2", "Chirkov is the fastest and its lead grows with density", ("4.2",), _chirkov_fastest
+    ),
+    Statement("4.2", "Badouel is last in spite of stored data", ("4.2",), _badouel_last),
+    Statement("4.3", "the winner turns with the processor's vendor", ("4.3",), _vendor),
+    Statement("4.4", "conditions are the dearest part", ("stages",), _conditions_dearest),
+    Statement("4.4", "the last condition of Möller is 6 % of it", ("stages",), _last_condition),
+    Statement(
+        "4.5.4", "a processor that divides fast lifts Badouel", ("4.3", "stages"), _division_lifts
+    ),
+    Statement("4.5.4", "fewer operations do not mean less time", ("4.2",), _operations),
+    Statement(
+        "4.6", "with u, v Möller is first and Badouel's gap smaller", ("4.3", "4.10"), _with_uv
+    ),
+)
