@@ -1,0 +1,1 @@
+"""Tables and plots from records: reads runs, writes files, measures nothing and needs no numba."""

@@ -1,0 +1,1 @@
+"""Charts of runs, one module a family; all import matplotlib and none pyplot."""

@@ -1,0 +1,1 @@
+"""Which rows and columns each kind of run has as a table."""

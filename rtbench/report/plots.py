@@ -1,0 +1,124 @@
+"""Which charts a run has, and their files."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtbench.report import cells
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rtbench.records.store import Run
+
+DEFAULT_FORMATS = ("png", "svg")
+MACHINES = "machines"
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Return every chart of a run that it has data for.
+
+    Parameters
+    ----------
+    run : Run
+        A loaded run, finished or not, published or measured.
+
+    Returns
+    -------
+    dict of str to Figure
+        File name without suffix to chart; empty if there is nothing to plot.
+    """
+    from rtbench.report.charts.density import density_chart
+    from rtbench.report.charts.drift import drift_chart
+    from rtbench.report.charts.latency import latency_chart
+    from rtbench.report.charts.outcomes import outcomes_chart
+    from rtbench.report.charts.penalty import penalty_chart
+    from rtbench.report.charts.stages import stages_chart
+    from rtbench.report.charts.working_set import working_set_chart
+
+    own = {"stages": stages_chart, "working_set": working_set_chart, "latency": latency_chart}
+    experiment = run.info.get("experiment")
+    found = {}
+    if experiment in own:
+        if len(cells.times_of(run)):
+            found[experiment] = own[experiment](run)
+    else:
+        for part in cells.parts(run):
+            found["density" + part.suffix] = density_chart(run, part)
+    if (run.info.get("fit") or {}).get("points"):
+        found["penalty"] = penalty_chart(run)
+    # Counts alone are a table; a chart of outcomes is one of their times.
+    if len(cells.timed(run.outcomes)):
+        found["outcomes"] = outcomes_chart(run)
+    if _repeated(run):
+        found["drift"] = drift_chart(run)
+    return found
+
+
+def _repeated(run: "Run") -> bool:
+    """Whether some cell has two samples: one alone lies on its own median."""
+    samples = run.samples
+    return bool(samples.duplicated([*dict.fromkeys([*run.cell, "outcome"])]).any())
+
+
+def write(
+    run: "Run", out: Path | None = None, formats: Sequence[str] = DEFAULT_FORMATS
+) -> list[Path]:
+    """Write every chart of a run.
+
+    Parameters
+    ----------
+    run : Run
+        A loaded run.
+    out : Path, optional
+        The folder; ``plots`` in the run's folder if not given.
+    formats : sequence of str
+        Of ``png``, ``svg`` and ``pdf``.
+
+    Returns
+    -------
+    list of Path
+        What was written; empty if the run has nothing to plot.
+
+    Raises
+    ------
+    RtbenchError
+        For an unknown format, or if nothing can be written there.
+    """
+    from rtbench.report.charts.style import save
+
+    folder = Path(out or run.path / "plots")
+    charts = figures(run)
+    return [path for name in charts for path in save(charts[name], folder / name, formats)]
+
+
+def write_machines(
+    runs: Sequence["Run"], out: Path, formats: Sequence[str] = DEFAULT_FORMATS
+) -> list[Path]:
+    """Write the chart that puts several runs side by side.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        At least two, of different machines as a rule.
+    out : Path
+        The folder.
+    formats : sequence of str
+        Of ``png``, ``svg`` and ``pdf``.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+
+    Raises
+    ------
+    NotComparable
+        If the runs share no kernel at the same densities.
+    RtbenchError
+        For an unknown format, or if nothing can be written there.
+    """
+    from rtbench.report.charts.machines import machines_chart
+    from rtbench.report.charts.style import save
+
+    return save(machines_chart(runs), Path(out) / MACHINES, formats)

@@ -1,0 +1,110 @@
+"""All tables of a run, and their files."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtbench.errors import RtbenchError
+from rtbench.records.tabular import reason, replace
+from rtbench.report.layouts.density import time_tables
+from rtbench.report.layouts.experiments import (
+    latency_table,
+    penalty_table,
+    stages_table,
+    working_set_table,
+)
+from rtbench.report.layouts.outcomes import operations_table, outcomes_table
+from rtbench.report.tables import SUFFIXES, Table
+
+if TYPE_CHECKING:
+    from rtbench.records.store import Run
+
+FILE_FORMS = ("github", "latex", "csv")
+# What stands in place of the table of times over density.
+_OWN_LAYOUT = {
+    "stages": stages_table,
+    "working_set": working_set_table,
+    "latency": latency_table,
+}
+
+
+def tables_of(run: "Run") -> list[Table]:
+    """Return every table that a run has rows for: times, then outcomes, then what else it has.
+
+    Parameters
+    ----------
+    run : Run
+        A loaded run.
+
+    Returns
+    -------
+    list of Table
+        Empty if nothing was measured or counted yet.
+    """
+    own = _OWN_LAYOUT.get(run.info.get("experiment"))
+    found = [own(run)] if own else time_tables(run)
+    # Where every pair hits, as for stages, a count of outcomes says nothing.
+    outcomes = outcomes_table(run)
+    timed = "ns_per_test" in outcomes.columns
+    found += [penalty_table(run), *([outcomes] if timed or not own else []), operations_table(run)]
+    return [table for table in found if table.rows]
+
+
+def render_all(tables: Sequence[Table], form: str = "plain") -> str:
+    """Return several tables as one text.
+
+    Parameters
+    ----------
+    tables : sequence of Table
+        In the order in which they are printed.
+    form : str
+        As `Table.render` takes it.
+
+    Returns
+    -------
+    str
+        An empty line between two tables; in json one object, table name to list of rows.
+    """
+    if form == "json":
+        found = {table.name: json.loads(table.render(form)) for table in tables}
+        return json.dumps(found, indent=2, ensure_ascii=False)
+    return "\n\n".join(table.render(form) for table in tables)
+
+
+def write_tables(
+    run: "Run", folder: Path | None = None, tables: list[Table] | None = None
+) -> list[Path]:
+    """Write tables of a run as Markdown, LaTeX and CSV.
+
+    Parameters
+    ----------
+    run : Run
+        A loaded run.
+    folder : Path, optional
+        Where to; ``tables`` in the run's folder if not given.
+    tables : list of Table, optional
+        Which; every table of the run if not given.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+
+    Raises
+    ------
+    RtbenchError
+        If the folder cannot be written.
+    """
+    folder = Path(folder or run.path / "tables")
+    written = []
+    for table in tables_of(run):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RtbenchError(f"cannot write {folder}: {reason(error)}") from error
+        for form in FILE_FORMS:
+            path = folder / f"{table.name}.{SUFFIXES[form]}"
+            replace(path, table.render(form) + "\n")
+            written.append(path)
+    return written
