@@ -1,17 +1,32 @@
 """The tables that follow from run.json and samples.csv: summary.csv and outcomes.csv."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from rtbench.records import schema, tabular
-from rtbench.records.run import Run, read_info
 from rtbench.records.statistics import Times, median, outliers, seed_of
 
 if TYPE_CHECKING:
     import pandas
 
+
+class Records(Protocol):
+    """What of a run its tables are derived from."""
+
+    name: str
+    info: dict
+
+    @property
+    def cell(self) -> list[str]:
+        """The columns that identify a cell."""
+
+    @property
+    def samples(self) -> "pandas.DataFrame":
+        """One row a sample."""
+
+
+_COUNTS = ("samples", "processes", "outliers")
 # Keys of an outcome that say what came out, not of which workload.
 _COUNTED = frozenset({"outcome", "label", "count", "fraction"})
 
@@ -36,12 +51,12 @@ def times(samples: "pandas.DataFrame") -> Times:
     return Times(ns, process, samples["round"].to_numpy(np.int64))
 
 
-def cells(run: Run, columns: list[str]) -> dict[tuple, "pandas.DataFrame"]:
+def cells(run: Records, columns: list[str]) -> dict[tuple, "pandas.DataFrame"]:
     """Return a run's samples by cell, in the order of its config (samples are taken shuffled).
 
     Parameters
     ----------
-    run : Run
+    run : Run, or what has its name, info, cell and samples
         A run with samples.
     columns : list of str
         The columns that identify a cell here.
@@ -61,7 +76,7 @@ def cells(run: Run, columns: list[str]) -> dict[tuple, "pandas.DataFrame"]:
     return {key: samples.iloc[places[key]] for key in in_order}
 
 
-def _ranks(run: Run, column: str, values: list) -> dict[object, int]:
+def _ranks(run: Records, column: str, values: list) -> dict[object, int]:
     """Return the place of each value of a column: as the config names them, numbers by size."""
     told = run.info.get("config", {}).get(f"{column}s") or []
     if column == "kernel":
@@ -77,38 +92,42 @@ def _ranks(run: Run, column: str, values: list) -> dict[object, int]:
     return {value: place for place, value in enumerate(sorted(set(values), key=key))}
 
 
-def summarise(run: Run) -> "pandas.DataFrame":
+def summarise(run: Records) -> "pandas.DataFrame":
     """Return the summary of a run's samples.
 
     Parameters
     ----------
-    run : Run
+    run : Run, or what has its name, info, cell and samples
         The run; it may be unfinished, or without any sample.
 
     Returns
     -------
     pandas.DataFrame
         A row a cell with the columns of ``schema.SUMMARY_COLUMNS``, the cell's further columns,
-        and samples, processes, outliers (counts). Times of groups of one outcome are not in it.
+        samples, processes, outliers (counts), and compile_seconds (0 where the code came from the
+        cache). Times of groups of one outcome are not in it.
     """
     further = [name for name in run.cell if name not in schema.SUMMARY_COLUMNS]
-    columns = [*schema.SUMMARY_COLUMNS, *further, "samples", "processes", "outliers"]
+    columns = [*schema.SUMMARY_COLUMNS, *further, *_COUNTS, "compile_seconds"]
     rows = []
     for key, samples in cells(run, [*run.cell, "outcome"]).items():
         if key[-1] is not None:
             continue
         row = dict(zip(run.cell, key[:-1], strict=True))
         row.setdefault("triangles", _only(samples["triangles"]))
-        rows.append(row | _timing(samples, seed_of(run.name)) | {"hits": _hits(run, row)})
+        row |= _timing(samples, seed_of(run.name)) | {"hits": _hits(run, row)}
+        compiled = (run.info.get("kernels") or {}).get(row.get("kernel"), {})
+        row["compile_seconds"] = compiled.get(row.get("precision"), {}).get("compile_seconds")
+        rows.append(row)
     return tabular.frame(rows, columns)
 
 
-def outcome_table(run: Run) -> "pandas.DataFrame":
+def outcome_table(run: Records) -> "pandas.DataFrame":
     """Return how often each outcome came and how long its pairs took.
 
     Parameters
     ----------
-    run : Run
+    run : Run, or what has its name, info, cell and samples
         Its ``outcomes`` of run.json, and its samples that have an outcome, in repeat order.
 
     Returns
@@ -134,29 +153,6 @@ def outcome_table(run: Run) -> "pandas.DataFrame":
                 row |= {"tests": timing["tests"], "pairs_timed": _only(samples["triangles"])}
         rows.append({name: row.get(name) for name in schema.OUTCOME_COLUMNS})
     return tabular.frame(rows, schema.OUTCOME_COLUMNS)
-
-
-def write_derived(path: Path) -> None:
-    """Write summary.csv and outcomes.csv of a run folder, each replaced by a rename.
-
-    Parameters
-    ----------
-    path : Path
-        The run folder. A published run, which has no samples, is left as it is.
-
-    Raises
-    ------
-    RtbenchError
-        If they cannot be written.
-    NotComparable
-        If the run cannot be read.
-    """
-    path = Path(path)
-    run = Run(path, read_info(path))
-    if run.published:
-        return
-    tabular.write(path / schema.SUMMARY, summarise(run))
-    tabular.write(path / schema.OUTCOMES, outcome_table(run))
 
 
 def _timing(samples: "pandas.DataFrame", seed: int) -> dict:
@@ -190,7 +186,7 @@ def _agree(entry: dict, row: dict, without: set[str]) -> bool:
     return all(tabular.plain(entry[name]) == tabular.plain(row[name]) for name in shared)
 
 
-def _hits(run: Run, row: dict) -> int | None:
+def _hits(run: Records, row: dict) -> int | None:
     if row.get("kernel") == schema.EMPTY:
         return None
     counted = run.info.get("outcomes") or []
@@ -200,7 +196,7 @@ def _hits(run: Run, row: dict) -> int | None:
     return sum(entry["count"] for entry in entries if entry["outcome"] == 0)
 
 
-def _outcome_groups(run: Run) -> list[tuple[dict, "pandas.DataFrame"]]:
+def _outcome_groups(run: Records) -> list[tuple[dict, "pandas.DataFrame"]]:
     columns = [*run.cell, *(() if "outcome" in run.cell else ("outcome",))]
     groups = []
     for key, samples in cells(run, columns).items():

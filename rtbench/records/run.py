@@ -139,3 +139,28 @@ def read_info(path: Path) -> dict:
     if not isinstance(cell, list) or not cell or not all(isinstance(name, str) for name in cell):
         raise NotComparable(f"{file} does not say which columns identify a cell (cell)")
     return info
+
+
+def write_derived(path: Path) -> None:
+    """Write summary.csv and outcomes.csv of a run folder, each replaced by a rename.
+
+    Parameters
+    ----------
+    path : Path
+        The run folder. A published run, which has no samples, is left as it is.
+
+    Raises
+    ------
+    RtbenchError
+        If they cannot be written.
+    NotComparable
+        If the run cannot be read.
+    """
+    path = Path(path)
+    run = Run(path, read_info(path))
+    if run.published:
+        return
+    from rtbench.records.derive import outcome_table, summarise
+
+    tabular.write(path / schema.SUMMARY, summarise(run))
+    tabular.write(path / schema.OUTCOMES, outcome_table(run))

@@ -9,7 +9,7 @@ from rtbench.report.digits import absent
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 EMPTY_LOOP = EMPTY
 ORDERS = ("repeat", "sweep", "sorted", "shuffled")

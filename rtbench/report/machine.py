@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 UNKNOWN = "unknown"
 _VERSIONS = (("python", "Python"), ("numba", "numba"), ("llvm", "LLVM"), ("numpy", "numpy"))
@@ -47,6 +47,23 @@ def provenance(run: "Run") -> str:
         known = [source.get("author"), source.get("year")] if isinstance(source, dict) else [source]
         parts.append("published, " + " ".join(str(word) for word in known if word))
     return "; ".join(dict.fromkeys(part for part in [*parts, run.name] if part))
+
+
+def storage(run: "Run") -> str:
+    """Return one line: what each kernel stores of a triangle and what preparing that takes."""
+    told: dict[str, list[str]] = {}
+    for kernel, forms in (run.info.get("kernels") or {}).items():
+        for facts in forms.values():
+            size, prepare = (
+                facts.get(k) for k in ("bytes_per_triangle", "prepare_ns_per_triangle")
+            )
+            if size is not None:
+                words = f"{size} bytes" + (f", prepared in {prepare:.0f} ns" if prepare else "")
+                told.setdefault(kernel, []).append(words)
+    if not told:
+        return ""
+    parts = [f"{kernel} {words[0]}" for kernel, words in told.items()]
+    return f"read of a triangle (float32, packed): {'; '.join(parts)}"
 
 
 def work(run: "Run") -> str:

@@ -9,7 +9,7 @@ from rtbench.report import cells
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 DEFAULT_FORMATS = ("png", "svg")
 MACHINES = "machines"

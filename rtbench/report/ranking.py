@@ -10,7 +10,7 @@ from rtbench.report import cells
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 MARK = "*"
 

@@ -18,7 +18,7 @@ from rtbench.report.layouts.outcomes import operations_table, outcomes_table
 from rtbench.report.tables import SUFFIXES, Table
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 FILE_FORMS = ("github", "latex", "csv")
 # What stands in place of the table of times over density.

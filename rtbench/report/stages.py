@@ -6,7 +6,7 @@ from rtbench.report import cells
 from rtbench.report.digits import absent
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 
 class Stage(NamedTuple):

@@ -249,7 +249,9 @@ def test_watch_counts_what_ran_between_two_looks(tmp_path):
         {
             f"{cpu}/cpu{mine}/topology/thread_siblings_list": f"{mine},{sibling}",
             # user nice system idle iowait irq softirq steal guest guest_nice
-            "proc/stat": f"cpu  9 9\ncpu{mine} 100 0 0 900 0 0 0 5 50 0\ncpu{sibling} 0 0 0 0 0 0 0 0",
+            "proc/stat": (
+                f"cpu  9 9\ncpu{mine} 100 0 0 900 0 0 0 5 50 0\ncpu{sibling} 0 0 0 0 0 0 0 0"
+            ),
             "proc/10/stat": "10 (an odd) name)) S 1 1 1 0 -1 0 0 0 0 0 100 50 0 0 20",
             "proc/11/stat": "11 (light) S 1 1 1 0 -1 0 0 0 0 0 7 7 0 0 20",
             f"proc/{os.getpid()}/stat": "1 (me) R 1 1 1 0 -1 0 0 0 0 0 0 0 0 0 20",

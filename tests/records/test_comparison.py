@@ -9,7 +9,8 @@ from rtbench.errors import NotComparable, RtbenchError
 from rtbench.records import schema
 from rtbench.records.comparison import compare, slowdowns
 from rtbench.records.environments import differences
-from rtbench.records.store import RunWriter, load_run
+from rtbench.records.store import load_run
+from rtbench.records.writer import RunWriter
 
 CELL = ["kernel", "precision", "order", "density"]
 FIVE = (0.0, 0.25, 0.5, 0.75, 1.0)

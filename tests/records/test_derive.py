@@ -7,8 +7,9 @@ import pytest
 
 from rtbench.errors import RtbenchError
 from rtbench.records import schema
-from rtbench.records.derive import write_derived
-from rtbench.records.store import RunWriter, load_run
+from rtbench.records.run import write_derived
+from rtbench.records.store import load_run
+from rtbench.records.writer import RunWriter
 
 CELL = ["kernel", "precision", "order", "density"]
 OUTCOMES = [

@@ -13,7 +13,8 @@ import pytest
 
 from rtbench.errors import NotComparable, RtbenchError
 from rtbench.records import schema
-from rtbench.records.store import RunWriter, find_run, load_run
+from rtbench.records.store import find_run, load_run
+from rtbench.records.writer import RunWriter
 
 CELL = ["kernel", "precision", "order", "density"]
 COLUMNS = schema.sample_columns(CELL)
@@ -253,7 +254,7 @@ WRITE_FOREVER = """
 import sys
 from pathlib import Path
 from rtbench.records import schema
-from rtbench.records.store import RunWriter
+from rtbench.records.writer import RunWriter
 cell = ["kernel", "density"]
 info = {"experiment": "density", "cell": cell, "remarks": []}
 made = RunWriter.create(Path(sys.argv[1]), "pc", "c", info, schema.sample_columns(cell))

@@ -8,7 +8,7 @@ from rtbench.report import cells, machine
 from rtbench.report.charts import marks, style
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 ORDERS = {
     "repeat": "repeat: each pair many times in a row",

@@ -10,7 +10,7 @@ from rtbench.report import machine
 from rtbench.report.charts import style
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 # Points of an SVG beyond this number are stored as a picture: a reader cannot tell them apart.
 _MOST_VECTOR_POINTS = 4000

@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 from rtbench.report import cells
 from rtbench.report.charts import marks, style
 from rtbench.report.charts.density import subtitle
+from rtbench.report.digits import absent
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 CHAINS = {
     "independent": ("o", style.OKABE_ITO[0], -0.14, "independent tests"),
@@ -40,16 +41,17 @@ def latency_chart(run: "Run") -> Figure:
     largest = frame[["ns_per_test", "ci_high"]].astype(float).max().max()
     for panel, (group, block) in zip(axes, blocks, strict=True):
         for place, name in enumerate(names):
-            times = {}
+            times, ends = {}, []
             for cell in cells.where(block, kernel=name).to_dict("records"):
                 marker, color, aside, _ = CHAINS[cell["chain"]]
                 look = style.Look(color, marker, "-", "")
                 times[cell["chain"]] = middle = cell["ns_per_test"]
+                ends.append(middle if absent(cell["ci_high"]) else cell["ci_high"])
                 marks.dot(panel, middle, cell["ci_low"], cell["ci_high"], place + aside, look)
             if len(times) == 2:
                 panel.annotate(
                     f"x {times['dependent'] / times['independent']:.2f}",
-                    (max(times.values()), place),
+                    (max(ends), place),
                     xytext=(9, 0),
                     textcoords="offset points",
                     va="center",

@@ -13,7 +13,7 @@ from rtbench.report.charts import marks, style
 from rtbench.report.means import Mean, common_means
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 _SIDE_BY_SIDE = 3
 _LABEL_CHARACTERS = 14

@@ -9,7 +9,7 @@ from rtbench.report.charts import marks, style
 from rtbench.report.digits import absent, frequency
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 
 @style.styled

@@ -11,7 +11,7 @@ from rtbench.report.charts.density import DENSITY
 from rtbench.report.digits import absent, interval, measured
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 
 @style.styled

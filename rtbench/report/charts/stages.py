@@ -10,7 +10,7 @@ from rtbench.report.digits import measured
 from rtbench.report.stages import Stage, stages_of
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 
 @style.styled

@@ -11,7 +11,7 @@ from rtbench.report.charts import marks, style
 from rtbench.report.charts.density import subtitle
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 _LINEAR_UP_TO = 6.0
 

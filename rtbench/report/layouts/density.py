@@ -8,7 +8,7 @@ from rtbench.report.ranking import Ranking, rank
 from rtbench.report.tables import Cell, Table
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 SLOWER = "slower_than_best_percent"
 HEADERS = {
@@ -165,7 +165,10 @@ def _finished(run, part, rows, columns, raw, notes, what) -> Table:
         title,
         raw or ["kernel", "precision", *columns[columns.index("order") :]],
         headers=HEADERS,
-        notes=[*dict.fromkeys(filter(None, notes)), machine.provenance(run)],
+        notes=[
+            *filter(None, dict.fromkeys([*notes, machine.storage(run)])),
+            machine.provenance(run),
+        ],
     )
 
 

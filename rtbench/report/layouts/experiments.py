@@ -8,7 +8,7 @@ from rtbench.report.stages import stages_of
 from rtbench.report.tables import Cell, Table
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 CHAINS = ("independent", "dependent")
 _GROUP = ("precision", "order", "density")
@@ -182,6 +182,10 @@ def penalty_table(run: "Run") -> Table:
         low, high = fit.get("ci") or (None, None)
         price = f"{measured(fit['penalty_ns'], low, high).text} ns"
         span = interval(fit["penalty_ns"], low, high)
+        alone = [f"{name} {own:.1f} ns" for name, own in (fit.get("kernels") or {}).items()]
+        # A branch that waits for a long computation is found out late, and throws away more.
+        if len(alone) > 1:
+            notes.insert(0, f"fitted to one kernel alone: {', '.join(alone)}")
         notes.insert(0, f"a mispredicted branch costs {price}" + (f" {span}" if span else ""))
     return Table(
         "penalty",

@@ -7,7 +7,7 @@ from rtbench.report.digits import absent, frequency, interval, measured, usual_d
 from rtbench.report.tables import Table
 
 if TYPE_CHECKING:
-    from rtbench.records.store import Run
+    from rtbench.records.run import Run
 
 HEADERS = {
     "fraction": "%",
