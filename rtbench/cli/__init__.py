@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import importlib
 import os
-import signal
 import sys
 
 import click
 
+from rtbench.cli import stopping
 from rtbench.errors import RtbenchError
 
 COMMANDS = {
@@ -61,7 +61,7 @@ def main() -> None:
     """Run the command line; every error is one line and an exit code."""
     code = 0
     try:
-        signal.signal(signal.SIGTERM, _stop)
+        stopping.install()
         # Not group.main: it prints an empty line at Ctrl-C.
         with group.make_context("rtbench", sys.argv[1:] or ["--help"]) as context:
             group.invoke(context)
@@ -83,11 +83,6 @@ def main() -> None:
         where = f" {problem.filename!r}" if problem.filename else ""
         _end(f"{problem.strerror or problem}{where}", 2)
     sys.exit(code)
-
-
-def _stop(number: int, frame: object) -> None:
-    """Stop as Ctrl-C does: what was begun is put away, what was measured is kept."""
-    raise KeyboardInterrupt
 
 
 def _end(message: str, code: int) -> None:

@@ -6,6 +6,8 @@ import os
 import sys
 import time
 
+from rtbench.cli import stopping
+
 WIDTH = 30
 PAUSE_LIVE, PAUSE_LINES = 0.1, 10.0  # seconds between two tellings
 
@@ -27,11 +29,13 @@ class Progress:
 
     def say(self, text: str) -> None:
         """Say what begins now; on a terminal the next line takes its place."""
+        stopping.check()
         if not self._quiet and self._live:
             self._line(f"{text} ...")
 
     def plan(self, text: str) -> None:
         """Say what is going to be measured, and count the time from here."""
+        stopping.check()
         self._began = self._told = time.monotonic()
         if self._quiet:
             return
@@ -42,6 +46,7 @@ class Progress:
 
     def progress(self, fraction: float) -> None:
         """Show how much is done and how long the rest will take."""
+        stopping.check()
         now = time.monotonic()
         pause = PAUSE_LIVE if self._live else PAUSE_LINES
         if self._quiet or now - self._told < pause:

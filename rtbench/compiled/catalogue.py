@@ -5,13 +5,14 @@ from __future__ import annotations
 import ast
 
 from rtbench.compiled import layout, syntax
+from rtbench.compiled.operations import OPERATIONS, VECTOR_OPERATIONS, operations
 from rtbench.kernels import registry
 from rtbench.kernels.contract import Kernel
 
 
 def facts(kernel: Kernel) -> dict:
     """Return what is known of a kernel without running it, as JSON can hold it."""
-    counts = syntax.operations(kernel)
+    counts = operations(kernel)
     return {
         "name": kernel.name,
         "title": kernel.title,
@@ -21,8 +22,8 @@ def facts(kernel: Kernel) -> dict:
         "precisions": list(kernel.precisions),
         "exact": kernel.exact,
         "bytes_per_triangle": layout.bytes_per_triangle(kernel),
-        "operations": counts and {name: counts[name] for name in syntax.OPERATIONS},
-        "vector_operations": counts and {name: counts[name] for name in syntax.VECTOR_OPERATIONS},
+        "operations": counts and {name: counts[name] for name in OPERATIONS},
+        "vector_operations": counts and {name: counts[name] for name in VECTOR_OPERATIONS},
         "outcomes": list(kernel.outcomes),
         "source": kernel.source,
     }

@@ -47,7 +47,7 @@ def divide(a: Fraction, b: Fraction) -> Fraction | Undefined:
     """Return a / b, or UNDEFINED where b is zero."""
     if isinstance(a, Undefined) or isinstance(b, Undefined) or b == 0:
         return UNDEFINED
-    return a / b
+    return Fraction(a) / b
 
 
 @functools.cache
@@ -61,28 +61,45 @@ def exact_form(kernel: Kernel) -> Callable:
     """
     if not kernel.exact:
         raise RtbenchError(f"kernel {kernel.name!r} has no exact form: it needs irrational numbers")
-    names: dict[str, object] = {"divide": divide}
-    functions = [syntax.tree(kernel)]
+    names: dict[str, object] = {"divide": divide, "Fraction": Fraction}
     for name, value in syntax.outside_names(kernel).items():
         if isinstance(value, FunctionType):
-            functions.append(syntax.parse(value))
-        elif name == "EPSILON":
+            continue
+        if name == "EPSILON":
             names[name] = EPSILON
-        elif isinstance(value, float):
-            names[name] = UNDEFINED if np.isnan(value) else Fraction(value)
+        elif isinstance(value, float) and np.isnan(value):
+            names[name] = UNDEFINED
         else:
-            names[name] = value
-    module = ast.Module([_Divide().visit(syntax.copy(f)) for f in functions], [])
+            names[name] = _rational(value)
+    functions = [*syntax.helpers(kernel).values(), syntax.tree(kernel)]
+    module = ast.Module([_Rational().visit(syntax.copy(f)) for f in functions], [])
     exec(compile(ast.fix_missing_locations(module), f"<exact {kernel.name}>", "exec"), names)
     return names[kernel.name]
 
 
-class _Divide(ast.NodeTransformer):
+def _rational(value: object) -> object:
+    return Fraction(value) if isinstance(value, float) and np.isfinite(value) else value
+
+
+class _Rational(ast.NodeTransformer):
+    """Make every division total and every number in the source a rational."""
+
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
         if isinstance(node.op, ast.Div):
             return ast.Call(ast.Name("divide", ast.Load()), [node.left, node.right], [])
         return node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
+        if not (isinstance(node.op, ast.Div) and isinstance(node.target, ast.Name)):
+            return self.generic_visit(node)
+        target = ast.Name(node.target.id, ast.Load())
+        return ast.Assign([node.target], self.visit(ast.BinOp(target, node.op, node.value)))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        if not isinstance(node.value, float):
+            return node
+        return ast.Call(ast.Name("Fraction", ast.Load()), [node], [])
 
 
 def exact_records(

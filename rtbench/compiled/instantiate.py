@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from rtbench.compiled import cache
+from rtbench.compiled import cache, machine_code
 
 HEADER = '''"""{title}
 
@@ -48,6 +48,13 @@ INNER = dict(
 ENTRY = dict(error_model="numpy", nogil=True, cache=True)
 
 '''
+
+HEADER_NAMES = frozenset(
+    {
+        *("math", "np", "from_dtype", "njit", "boolean", "float32", "float64", "int8", "int32"),
+        *("int64", "uint8", "uint32", "uint64", "void", "INNER", "ENTRY"),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -79,11 +86,7 @@ class Instance:
     @property
     def code_digest(self) -> str:
         """A digest of the machine code, equal on machines that run the same instructions."""
-        lines = [line.strip() for line in self.assembly.splitlines()]
-        # Names carry the digest of the module and a counter; instructions do not.
-        kept = [line for line in lines if line and not line.startswith((".", "#", "_Z", "_ZN"))]
-        text = re.sub(r"_ZN?\w[\w.$]*|\.L\w+|NumbaEnv\S*", "NAME", "\n".join(kept))
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return machine_code.digest(self.assembly)
 
 
 def source_of(function: Callable) -> str:
@@ -134,17 +137,27 @@ def instantiate(
     text = "".join(parts)
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     path = cache.folder() / f"{names[-1]}_{digest}.py"
-    if path.is_file() and path.with_suffix(".s").is_file():
+    try:
+        same = path.read_text(encoding="utf-8") == text
         os.utime(path)
-    else:
-        cache.remove(path)
+    except OSError:  # not there, or another rtbench has just removed it
+        same = False
+    if not same:
         cache.write_whole(path, text)
-    return load(path, names[-1])
+    try:
+        return load(path, names[-1])
+    except Exception:  # what cannot be compiled is of no use to anyone
+        cache.remove(path)
+        raise
 
 
 @functools.cache
 def load(path: Path, entry: str) -> Instance:
     """Import a generated module and return its entry, compiled or from numba's cache."""
+    assembly = path.with_suffix(".s")
+    if not assembly.is_file():  # whoever compiled it was killed in between, or is still at it
+        for index in (path.parent / "__pycache__").glob(f"{path.stem}.*.nbi"):
+            index.unlink(missing_ok=True)
     name = f"rtbench_generated_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
@@ -154,5 +167,5 @@ def load(path: Path, entry: str) -> Instance:
     (signature,) = function.signatures
     fresh = not sum(function.stats.cache_hits.values())
     if fresh:
-        cache.write_whole(path.with_suffix(".s"), function.inspect_asm(signature))
+        cache.write_whole(assembly, function.inspect_asm(signature))
     return Instance(function, path, entry, fresh)

@@ -75,8 +75,8 @@ def intersect(
         For wrong shapes, an unknown kernel (with the nearest name) or precision.
     """
     try:
-        chosen = registry.find(kernel) if isinstance(kernel, str) else kernel
-        check_precision(precision)
+        chosen = kernel if isinstance(kernel, Kernel) else registry.find(str(kernel))
+        check_precision(str(precision))
     except RtbenchError as problem:
         raise ValueError(str(problem)) from None
     triangles, origins, directions = (
@@ -93,12 +93,13 @@ def intersect(
             "pair by pair needs as many of each"
         )
     data = DATA_TYPE[precision]
-    vertices = tuple(np.ascontiguousarray(triangles[:, i], dtype=data) for i in range(3))
-    with np.errstate(over="ignore"):
+    with np.errstate(all="ignore"):  # what is no number, or too large for one, is the kernel's
+        vertices = tuple(np.ascontiguousarray(triangles[:, i], dtype=data) for i in range(3))
         records = fill(chosen, "own", precision, vertices, origins, directions)
     outcome, t, u, v = run_once(loop(chosen, precision, "own"), chosen, precision, *records)
     hit = outcome == HIT
-    inside = hit & (t > tmin) & (t < tmax)
+    # In float64, or numpy would round the limits to the precision of t.
+    inside = hit & (t > np.float64(tmin)) & (t < np.float64(tmax))
     for values in (t, u, v):
         values[~inside] = np.nan
     return Hits(inside, outcome, t, u, v)

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import ast
 import functools
+import re
 from types import FunctionType, ModuleType
 
 import numpy as np
 
-from rtbench.compiled import syntax
-from rtbench.compiled.instantiate import Instance, instantiate, source_of
+from rtbench.compiled import stages, syntax
+from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate, source_of
 from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE, record_types
+from rtbench.compiled.machine_code import instructions
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import NO_T, ZERO, Kernel, kernel
 
@@ -104,49 +106,72 @@ def loop(
         of length 0 where the kernel does not return them. Runs A x B tests without the GIL.
     """
     triangle, ray = record_types(chosen, layout, precision)
-    function = syntax.tree(chosen) if stage is None else syntax.cut(chosen, stage)
+    function = syntax.tree(chosen) if stage is None else stages.cut(chosen, stage)
+    entry = f"{chosen.name}_loop"
     constants = {
         "REAL": f"np.{REAL_TYPE[precision].__name__}",
         "RETURNS_UV": str(chosen.outputs == ("t", "u", "v")),
         "TRIANGLE": _dtype_source(triangle),
         "RAY": _dtype_source(ray),
     }
-    helpers = []
+    taken = {*constants, *HEADER_NAMES, "test", entry}
+    callees = {}
     for name, value in ({"ZERO": ZERO} | syntax.outside_names(chosen)).items():
+        if name in taken and not isinstance(value, ModuleType):
+            raise RtbenchError(
+                f"kernel {chosen.name!r} reads {name!r}, which the generated module needs for "
+                "itself: rename it"
+            )
         if isinstance(value, FunctionType):
-            helpers.append(source_of(value))
+            callees[name] = value
         elif isinstance(value, ModuleType):
-            if value.__name__ not in ("numpy", "math"):
-                raise RtbenchError(f"kernel {chosen.name!r} uses module {value.__name__!r}")
             constants[name] = value.__name__.replace("numpy", "np")
         else:
             constants[name] = _constant_source(value)
-    if DATA_TYPE[precision] is not REAL_TYPE[precision]:
-        integers = {
+    if DATA_TYPE[precision] is REAL_TYPE[precision]:
+        sources = [_renamed(source_of(value), name) for name, value in callees.items()]
+    else:
+        scalars = frozenset(
             name
             for dtype in (triangle, ray)
             for name in dtype.names
-            if dtype[name].base.kind in "iu"
-        }
-        function = syntax.widened(function, frozenset(integers))
+            if dtype[name].kind == "f" and not dtype[name].shape
+        )
+        function = syntax.widened(function, scalars)
+        sources = [
+            _named(syntax.widened(syntax.parse(value), scalars), name)
+            for name, value in callees.items()
+        ]
     what = f"{chosen.name} in {precision}, records: {layout}, tests: {kind}"
     real = constants["REAL"].removeprefix("np.")
-    return instantiate(
-        _named(syntax.parse(LOOPS[kind]), chosen.name),
-        callees=(*helpers, _named(function, "test")),
-        constants=constants,
-        signature=(
-            "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], int32[::1], "
-            f"{real}[::1], {real}[::1], {real}[::1])"
-        ),
-        title=what if stage is None else f"{what}, cut off after {stage!r}",
-        forceinline=True,
-    )
+    try:
+        return instantiate(
+            _named(syntax.parse(LOOPS[kind]), entry),
+            callees=(*sources, _named(function, "test")),
+            constants=constants,
+            signature=(
+                "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], int32[::1], "
+                f"{real}[::1], {real}[::1], {real}[::1])"
+            ),
+            title=what if stage is None else f"{what}, cut off after {stage!r}",
+            forceinline=True,
+        )
+    except Exception as problem:
+        from numba.core.errors import NumbaError  # numba is there by now; nobody else waits for it
+
+        if not isinstance(problem, NumbaError):
+            raise
+        lines = [line for line in str(problem).splitlines() if line.strip()]
+        told = next((line for line in lines if not line.startswith("Failed in")), lines[0])
+        raise RtbenchError(f"kernel {chosen.name!r} does not compile: {told}") from problem
 
 
 def _named(function: ast.FunctionDef, name: str) -> str:
-    source = ast.unparse(function)
-    return source.replace(f"def {function.name}(", f"def {name}(", 1) + "\n"
+    return _renamed(ast.unparse(function) + "\n", name)
+
+
+def _renamed(source: str, name: str) -> str:
+    return re.sub(r"^def \w+", f"def {name}", source, count=1)
 
 
 def _dtype_source(dtype: np.dtype) -> str:
@@ -162,8 +187,4 @@ def _constant_source(value: float) -> str:
 
 def machine_code(chosen: Kernel, precision: str, layout: str) -> str:
     """Return the machine code of a kernel's loop as text, written when it was compiled."""
-    lines = loop(chosen, precision, layout).assembly.splitlines()
-    # The Python wrapper around the loop is of no interest, nor are the linker's tables.
-    begin = next(i for i, line in enumerate(lines) if line.endswith(":") and line.startswith("_Z"))
-    end = next(i for i, line in enumerate(lines) if ".Lfunc_end" in line and i > begin)
-    return "\n".join(lines[begin:end])
+    return "\n".join(instructions(loop(chosen, precision, layout).assembly))

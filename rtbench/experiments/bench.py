@@ -9,8 +9,9 @@ import numpy as np
 
 from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.intersect import run_once
-from rtbench.compiled.layout import fill, record_types
+from rtbench.compiled.layout import REAL_TYPE, bytes_per_triangle, fill, record_types
 from rtbench.compiled.loops import empty, loop
+from rtbench.errors import RtbenchError
 from rtbench.experiments.answers import check
 from rtbench.experiments.config import Config
 from rtbench.kernels import registry
@@ -135,14 +136,29 @@ class Bench:
             outputs = run_once(instance, kernel, precision, *records)
             _, seconds = stopwatch(lambda: run_once(instance, kernel, precision, *records))
             if workload.judged and stage is None and kernel is not EMPTY:
-                check(kernel, precision, workload.pairs, outputs[0] == HIT, outputs[1])
+                check(kernel, precision, workload.pairs, outputs[0] == HIT, outputs[1:])
             nanoseconds = seconds * 1e9 / len(workload.pairs)
             uv = len(kernel.outputs) == 3
             kept = outputs if uv else (*outputs[:2], outputs[2][:0], outputs[3][:0])
             self._answers[key] = Answers(outputs[0], kept, nanoseconds)
             if stage is None and kernel is not EMPTY:
+                self._note_storage(kernel, precision, workload)
+                _must_be_declared(kernel, outputs[0])
                 self._count(kernel, precision, workload, outputs[0])
         return self._answers[key]
+
+    def _note_storage(self, kernel: Kernel, precision: str, workload: Workload) -> None:
+        """Keep what a kernel stores of a triangle, and how long preparing it takes."""
+        facts = self.compiled[kernel.name][precision]
+        if "bytes_per_triangle" in facts:
+            return
+        facts["bytes_per_triangle"] = bytes_per_triangle(kernel)
+        if kernel.prepare is not None:
+            real = REAL_TYPE[precision]
+            pairs = workload.pairs
+            vertices = [v.astype(real) for v in (pairs.v0, pairs.v1, pairs.v2)]
+            _, seconds = stopwatch(lambda: kernel.prepare(*vertices))
+            facts["prepare_ns_per_triangle"] = seconds * 1e9 / len(pairs)
 
     def _count(self, kernel, precision, workload, outcome) -> None:
         counts = np.bincount(outcome, minlength=len(kernel.outcomes))
@@ -249,3 +265,12 @@ class Bench:
                 self.add(
                     kernel, precision, workload, "repeat", repetitions, group=group, outcome=code
                 )
+
+
+def _must_be_declared(kernel: Kernel, outcome: np.ndarray) -> None:
+    strange = outcome[(outcome < 0) | (outcome >= len(kernel.outcomes))]
+    if len(strange):
+        raise RtbenchError(
+            f"kernel {kernel.name} returns outcome {strange[0]} and declares only 0 to "
+            f"{len(kernel.outcomes) - 1}"
+        )

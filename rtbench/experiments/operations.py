@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtbench.compiled import syntax
+from rtbench.compiled.operations import operations
 from rtbench.experiments.bench import Bench
 
 CELL = ("kernel",)
@@ -14,4 +14,4 @@ def build(bench: Bench) -> None:
 
 def rows(bench: Bench) -> list[dict]:
     """Return the counts of each kernel, a row each."""
-    return [{"kernel": kernel.name} | (syntax.operations(kernel) or {}) for kernel in bench.kernels]
+    return [{"kernel": kernel.name} | (operations(kernel) or {}) for kernel in bench.kernels]

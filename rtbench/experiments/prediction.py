@@ -12,12 +12,9 @@ never comes again keeps the predictor from learning it, which it does of a sweep
 
 from __future__ import annotations
 
-import ast
-from types import FunctionType, SimpleNamespace
-
 import numpy as np
 
-from rtbench.compiled import syntax
+from rtbench.compiled.branches import branches
 from rtbench.compiled.layout import fill
 from rtbench.experiments.bench import EMPTY, Bench
 from rtbench.kernels.contract import Kernel
@@ -50,59 +47,11 @@ def build(bench: Bench) -> None:
 
 
 def mispredictions(kernel: Kernel, pairs: Pairs) -> float:
-    """Return the expected mispredictions a test: sum of min(p, 1 - p) over the branches.
-
-    Branches as the machine code has them: each comparison of an ``or`` is one, met where those
-    before it were false; an ``and`` is one (a range about zero becomes one comparison of the
-    magnitude). The kernel runs as plain Python in double precision over the first pairs, and each
-    branch is noted as it is met.
-    """
-    taken: dict[int, list[int]] = {}
-
-    def note(branch: int, condition: bool) -> bool:
-        taken.setdefault(branch, [0, 0])[bool(condition)] += 1
-        return condition
-
-    class Note(ast.NodeTransformer):
-        branches = 0
-
-        def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-            return self._noted(node) if isinstance(node.op, ast.And) else self.generic_visit(node)
-
-        def visit_Compare(self, node: ast.Compare) -> ast.expr:
-            return self._noted(node)
-
-        def _noted(self, node: ast.expr) -> ast.Call:
-            self.branches += 1
-            number = ast.Constant(self.branches)
-            return ast.Call(ast.Name("note", ast.Load()), [number, node], [])
-
-    names: dict[str, object] = {"note": note}
-    outside = syntax.outside_names(kernel)
-    names |= {k: v for k, v in outside.items() if not isinstance(v, FunctionType)}
-    functions = [syntax.parse(f) for f in outside.values() if isinstance(f, FunctionType)]
-    counter = Note()
-    functions = [counter.visit(syntax.copy(f)) for f in (*functions, syntax.tree(kernel))]
-    exec(compile(ast.fix_missing_locations(ast.Module(functions, [])), "<branches>", "exec"), names)
+    """Return the expected mispredictions a test: sum of min(p, 1 - p) over the branches."""
     n = min(len(pairs), COUNTED_PAIRS)
     vertices = pairs.v0[:n], pairs.v1[:n], pairs.v2[:n]
-    triangles, rays = fill(
-        kernel, "own", "float64", vertices, pairs.orig[:n], pairs.dir[:n], pairs.end[:n]
-    )
-    with np.errstate(all="ignore"):  # a kernel may divide by zero and sort it out later
-        for tri, ray in zip(_rows(triangles), _rows(rays), strict=True):
-            names[kernel.name](tri, ray)
-    return sum(min(counts) for counts in taken.values()) / n
-
-
-def _rows(records: np.ndarray) -> list[SimpleNamespace]:
-    # numpy's numbers, not Python's: those raise an exception where they divide by zero.
-    columns = {name: list(map(_components, records[name])) for name in records.dtype.names}
-    return [SimpleNamespace(**{k: c[i] for k, c in columns.items()}) for i in range(len(records))]
-
-
-def _components(value: np.ndarray | np.generic) -> object:
-    return list(value) if value.ndim else value
+    records = fill(kernel, "own", "float64", vertices, pairs.orig[:n], pairs.dir[:n], pairs.end[:n])
+    return sum(min(ways) for ways in branches(kernel, *records)) / n
 
 
 def conclude(run: Run) -> dict:

@@ -12,12 +12,14 @@ from typing import Protocol
 from rtbench.errors import NotComparable, RtbenchError
 from rtbench.experiments.bench import Bench
 from rtbench.experiments.config import Config
+from rtbench.experiments.resumption import codes, must_be_the_same, samples_taken
 from rtbench.measure import machine
 from rtbench.measure.schedule import samples_for
-from rtbench.measure.session import Plan, Timed, Worker, WorkerDied, measure
+from rtbench.measure.session import Plan, Worker, WorkerDied, measure
 from rtbench.records import schema
 from rtbench.records.run import Run, read_info
-from rtbench.records.store import RunWriter, load_run
+from rtbench.records.store import load_run
+from rtbench.records.writer import RunWriter
 
 
 class Stopped(RtbenchError):
@@ -136,15 +138,15 @@ def resume(ref: str, watcher: Watcher, out: Path = Path("results")) -> Run:
         if run.info["plan"].get("cpu") is not None:
             machine.check_cpu(run.info["plan"]["cpu"])
         experiment = _module(config.experiment)
-        _must_be_the_same(
+        must_be_the_same(
             run.info, {"machine": machine.fingerprint(), "software": machine.software()}
         )
         with closing(Bench(config, watcher.say)) as bench:
             experiment.build(bench)
             now = {"workloads": bench.workloads, "outcomes": bench.outcomes}
-            _must_be_the_same(run.info, now | {"kernels": _codes(bench.compiled)})
-            _must_be_the_same(run.info, {"plan": run.info["plan"] | _work(bench)})
-            done, launches = _done(run, bench.cells)
+            must_be_the_same(run.info, now | {"kernels": codes(bench.compiled)})
+            must_be_the_same(run.info, {"plan": run.info["plan"] | _work(bench)})
+            done, launches = samples_taken(run, bench.cells)
             return _measure(bench, experiment, writer, watcher, launches, done, None)
 
 
@@ -191,7 +193,7 @@ def _measure_the_rest(
     more = {"load": {"after": machine.load()}}
     if hasattr(experiment, "conclude"):
         more |= experiment.conclude(Run(writer.path, read_info(writer.path)))
-    from rtbench.records.derive import write_derived
+    from rtbench.records.run import write_derived
 
     # Finished only when all of it stands: a run killed here is resumed, and derives it again.
     writer.update(**more)
@@ -219,6 +221,7 @@ def _info(
         "plan": {"processes": processes, "rounds": rounds, "cpu": cpu} | _work(bench),
         "machine": machine.fingerprint(),
         "software": machine.software(),
+        "float_state": machine.float_state(),
         "load": {"before": before},
         "workloads": bench.workloads,
         "kernels": bench.compiled,
@@ -259,57 +262,6 @@ def _must_be_writable(out: Path) -> None:
 def _fewest(bench: Bench, config: Config) -> int:
     """Return the number of pairs of the smallest workload that all kernels share."""
     return min((w["triangles"] for w in bench.workloads), default=config.triangles)
-
-
-def _codes(kernels: dict) -> dict:
-    return {
-        name: {precision: facts["source_digest"] for precision, facts in forms.items()}
-        for name, forms in kernels.items()
-    }
-
-
-def _must_be_the_same(info: dict, now: dict) -> None:
-    """Refuse to add samples of another machine, compiler or workload to a run."""
-    for name, value in now.items():
-        before = info.get(name)
-        if name == "machine":
-            before, value = (before or {}).get("cpu_model"), value["cpu_model"]
-        elif name == "software":
-            kept = ("python", "numba", "llvmlite", "numpy", "rtbench")
-            before, value = (
-                {key: (told or {}).get(key) for key in kept} for told in (before, value)
-            )
-        elif name == "kernels":
-            before = _codes(before or {})
-        if before != value:
-            if isinstance(value, dict) and isinstance(before, dict):
-                key = next(key for key in [*value, *before] if before.get(key) != value.get(key))
-                name, before, value = f"{name} {key}", before.get(key), value.get(key)
-            what = f": {before} then, {value} now" if len(str(value)) < 80 else ""
-            raise RtbenchError(f"this run cannot be resumed here, {name} is not the same{what}")
-
-
-def _done(run: Run, cells: list[Timed]) -> tuple[set[tuple[int, int, int]], int]:
-    """Return the samples that a run holds, as (process, round, cell), and its launches so far."""
-    from rtbench.records import tabular
-
-    columns = [*run.cell, *(() if "outcome" in run.cell else ("outcome",))]
-    number = {
-        _identity({"triangles": cell.count} | cell.key, columns): i for i, cell in enumerate(cells)
-    }
-    done, launches = set(), 0
-    samples = run.samples
-    for row in samples.to_dict("records"):
-        key = _identity({name: tabular.plain(row[name]) for name in columns}, columns)
-        if key not in number:
-            raise RtbenchError(f"{run.name} cannot be resumed: it holds samples of {key}, no cell")
-        done.add((int(row["process"]), int(row["round"]), number[key]))
-        launches = max(launches, int(row["launch"]) + 1)
-    return done, launches
-
-
-def _identity(key: dict, columns: list[str]) -> tuple:
-    return tuple(None if key.get(name) in (None, "") else str(key[name]) for name in columns)
 
 
 def _description(bench: Bench, plan: Plan) -> str:

@@ -8,7 +8,7 @@ whole, not costs of their own.
 
 from __future__ import annotations
 
-from rtbench.compiled import syntax
+from rtbench.compiled.stages import stages as stages_of
 from rtbench.experiments.bench import EMPTY, Bench
 
 CELL = ("kernel", "precision", "order", "density", "stage", "stage_index")
@@ -23,7 +23,7 @@ def build(bench: Bench) -> None:
             for order in bench.config.orders:
                 bench.add(EMPTY, precision, workload, order, stage_index=0)
                 for kernel in bench.kernels:
-                    stages = syntax.stages(kernel)
+                    stages = stages_of(kernel)
                     for index, stage in enumerate(stages):
                         bench.add(
                             kernel,

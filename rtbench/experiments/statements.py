@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from rtbench.records import derive
-from rtbench.records.resampling import Estimate, Times, joined, median, ratio, seed_of, total
+from rtbench.experiments.measured import Measured, kind_of, share, weighted
+from rtbench.records.resampling import Estimate, ratio
 from rtbench.records.run import Run
 from rtbench.records.schema import FIVE_DENSITIES
 from rtbench.records.statistics import ranking
@@ -22,68 +21,6 @@ from rtbench.records.store import load_run
 CONFIRMED, REFUTED, NOT_RESOLVED = "confirmed", "refuted", "not resolved"
 STRAIGHT = 0.02  # a line is straight if no point is off by more
 MIXTURE = 0.03  # the mixture law holds if sum f_i t_i is the measured cost within so much
-
-
-class Measured:
-    """The cells of a run as estimates that were resampled together."""
-
-    def __init__(self, run: Run) -> None:
-        self.run = run
-        self._seed = seed_of(run.name)
-
-    @cached_property
-    def _cells(self) -> dict[tuple, object]:
-        return derive.cells(self.run, ["kernel", "order", "density", self._last, "outcome"])
-
-    @property
-    def _last(self) -> str:
-        return "stage" if "stage" in self.run.cell else "precision"
-
-    def times(
-        self,
-        kernel: str,
-        density: float,
-        order: str = "repeat",
-        stage: str | None = None,
-        outcome: int | None = None,
-    ) -> Times:
-        """Return the samples of a cell."""
-        last = stage if self._last == "stage" else self.run.info["config"]["precisions"][0]
-        return derive.times(self._cells[kernel, order, density, last, outcome])
-
-    def cost(self, kernel: str, density: float, **which: object) -> Estimate:
-        """Return ns a test of a cell."""
-        return median(self.times(kernel, density, **which), self._seed)
-
-    def whole(self, kernel: str) -> Estimate:
-        """Return the sum over the run's densities in repeat order."""
-        densities = self.run.info["config"]["densities"]
-        return median(total([self.times(kernel, d) for d in densities]), self._seed)
-
-    def groups(self, kernel: str, density: float | None) -> dict[int, tuple[int, Estimate]]:
-        """Return count and cost of each outcome that occurs."""
-        return {
-            entry["outcome"]: (
-                entry["count"],
-                self.cost(kernel, density, outcome=entry["outcome"]),
-            )
-            for entry in self.run.info["outcomes"]
-            if entry["kernel"] == kernel and entry["density"] == density and entry["count"]
-        }
-
-    def mixture(self, kernel: str, density: float) -> Estimate:
-        """Return sum f_i t_i over the outcomes."""
-        found = self.groups(kernel, density).values()
-        return weighted([cost for _, cost in found], [count for count, _ in found])
-
-
-def weighted(costs: list[Estimate], weights: list[float]) -> Estimate:
-    """Return the weighted mean of estimates that were resampled together."""
-    share = np.asarray(weights, float) / np.sum(weights)
-    draws = None
-    if all(cost.draws is not None for cost in costs):
-        draws = share @ np.array([cost.draws for cost in costs])
-    return joined(float(share @ [cost.value for cost in costs]), draws, costs)
 
 
 @dataclass(frozen=True)
@@ -263,41 +200,11 @@ def _vendor(runs):
     )
 
 
-def _kind(stage: str) -> str:
-    if stage.startswith("condition"):
-        return "conditions"
-    if "division" in stage:
-        return "divisions"
-    differences = ("edges", "difference", "T = O", "sides")
-    return "differences" if stage.startswith(differences) else "products"
-
-
-def _parts(run: Measured, kernel: str) -> dict[str, tuple[float, np.ndarray | None]]:
-    """Return the share of each stage in the kernel's cost: value and resamples."""
-    rows = run.run.summary.query("kernel == @kernel").sort_values("stage_index")
-    stages = list(rows["stage"])
-    costs = [run.cost("empty", 1.0)] + [run.cost(kernel, 1.0, stage=stage) for stage in stages]
-    known = all(cost.draws is not None for cost in costs)
-    return {
-        stage: (
-            (after.value - before.value) / (costs[-1].value - costs[0].value),
-            (after.draws - before.draws) / (costs[-1].draws - costs[0].draws) if known else None,
-        )
-        for stage, before, after in zip(stages, costs, costs[1:], strict=False)
-    }
-
-
-def _share(run: Measured, kernel: str, chosen: Callable[[str], bool]) -> Estimate:
-    parts = [part for stage, part in _parts(run, kernel).items() if chosen(stage)]
-    draws = None if any(d is None for _, d in parts) else sum(d for _, d in parts)
-    return joined(sum(value for value, _ in parts), draws, [run.cost(kernel, 1.0, stage="whole")])
-
-
 def _conditions_dearest(runs):
     run, sides, numbers = runs["stages"], [], []
     for kernel in ("moller1", "badouel", "chirkov"):
         shares = {
-            kind: _share(run, kernel, lambda stage, kind=kind: _kind(stage) == kind)
+            kind: share(run, kernel, lambda stage, kind=kind: kind_of(stage) == kind)
             for kind in ("conditions", "differences", "products", "divisions")
         }
         mine = shares.pop("conditions")
@@ -310,7 +217,7 @@ def _conditions_dearest(runs):
 
 
 def _last_condition(runs):
-    found = _share(runs["stages"], "moller1", lambda stage: stage == "condition: v")
+    found = share(runs["stages"], "moller1", lambda stage: stage == "condition: v")
     low, high = found.interval() or (-np.inf, np.inf)
     verdict = REFUTED if not low <= 0.06 <= high else CONFIRMED
     if high - low > 0.06:  # an interval this wide would confirm anything
@@ -323,7 +230,7 @@ def _division_lifts(runs):
     here = ratio(run.whole("badouel"), run.whole("moller1"), paired=True)
     thesis = load_run("blecha-pc1").summary.query("density == 'mean'").set_index("kernel")
     there = thesis.loc["badouel", "ns_per_test"] / thesis.loc["moller1", "ns_per_test"]
-    part = _share(runs["stages"], "badouel", lambda stage: "division" in stage)
+    part = share(runs["stages"], "badouel", lambda stage: "division" in stage)
     return _verdict([-_side(here, there)]), (
         f"badouel/moller1 {_shown(here)} here, {there:.3f} on pc1; three divisions are "
         f"{_shown(part, ' %', 100, 0)} of badouel here (what else changed since is not told apart)"

@@ -9,6 +9,7 @@ counts, stages, records and packets: see ``rtbench/compiled``.
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable
@@ -110,6 +111,8 @@ def kernel(
         raise ValueError(f"outcomes {outcomes!r}: a hit and at least one way to miss")
 
     def declare(function: Callable) -> Callable:
+        if list(inspect.signature(function).parameters) != ["tri", "ray"]:
+            raise ValueError(f"kernel {function.__name__!r} must take (tri, ray)")
         name = function.__name__
         if not re.fullmatch(r"[a-z0-9_]+", name):
             raise ValueError(f"kernel name {name!r}: only a-z, 0-9 and _ are allowed")

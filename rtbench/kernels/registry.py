@@ -72,7 +72,8 @@ def _from_file(path: Path, name: str) -> Kernel:
         spec.loader.exec_module(module)
     except Exception as problem:
         raise RtbenchError(
-            f"kernel file {str(path)!r} cannot be imported: {type(problem).__name__}: {problem}"
+            f"kernel file {str(path)!r} cannot be imported: {type(problem).__name__}: "
+            + " ".join(str(problem).split())
         ) from problem
     declared = _declared(module)
     if not declared:

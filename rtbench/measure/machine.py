@@ -111,13 +111,13 @@ def float_state() -> dict:
     }
 
 
-def pin(cpu: int) -> None:
-    """Let this process run on one CPU only.
+def check_cpu(cpu: int) -> None:
+    """Tell whether this process could be pinned to a CPU.
 
     Parameters
     ----------
     cpu : int
-        The number of a logical CPU that this process may use.
+        The number of a logical CPU.
 
     Raises
     ------
@@ -131,6 +131,22 @@ def pin(cpu: int) -> None:
         raise RtbenchError(
             f"--cpu {cpu}: no such CPU here (allowed: {', '.join(map(str, allowed))})"
         )
+
+
+def pin(cpu: int) -> None:
+    """Let this process run on one CPU only.
+
+    Parameters
+    ----------
+    cpu : int
+        The number of a logical CPU that this process may use.
+
+    Raises
+    ------
+    RtbenchError
+        Where the system cannot pin, or the number is not among those allowed.
+    """
+    check_cpu(cpu)
     try:
         os.sched_setaffinity(0, {cpu})
     except OSError as error:

@@ -14,12 +14,10 @@ import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-
-import numpy as np
 
 from rtbench.compiled.instantiate import Instance
 from rtbench.errors import RtbenchError, WrongAnswers
+from rtbench.measure.arrays import Arrays
 from rtbench.measure.schedule import order, shares
 
 
@@ -72,24 +70,8 @@ class Plan:
     cpu: int | None = None
 
 
-class Arrays:
-    """Arrays on disk for the workers, each under a name, gone with the session."""
-
-    def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="rtbench-data-")
-        self.paths: dict[str, str] = {}
-
-    def add(self, name: str, array: np.ndarray) -> str:
-        """Keep an array under a name; return the name. A name already there is kept as it is."""
-        if name not in self.paths:
-            path = Path(self._folder.name) / f"{len(self.paths)}.npy"
-            np.save(path, array)
-            self.paths[name] = str(path)
-        return name
-
-    def close(self) -> None:
-        """Remove them."""
-        self._folder.cleanup()
+class WorkerDied(RtbenchError):
+    """A measuring process ended before its time."""
 
 
 class Worker:
@@ -114,7 +96,7 @@ class Worker:
 
     def hear(self) -> dict | list:
         line = self._process.stdout.readline()
-        if not line:
+        if not line.endswith("\n"):
             self._gone()
         return json.loads(line)
 
@@ -123,7 +105,7 @@ class Worker:
         self._words.seek(0)
         words = self._words.read().decode(errors="replace").strip().splitlines()
         how = f"signal {-code}" if code < 0 else f"exit code {code}"
-        raise RtbenchError(
+        raise WorkerDied(
             f"a measuring process ended by {how}" + (f": {words[-1]}" if words else "")
         )
 
@@ -169,8 +151,8 @@ def measure(
     ------
     WrongAnswers
         If a timed loop gives any answer but the expected one.
-    RtbenchError
-        If a worker process dies.
+    WorkerDied
+        If a worker process ends, whatever ended it.
     """
     done = set(done)
     layout = [shares(cell.repetitions, plan.processes * plan.rounds) for cell in cells]
@@ -195,7 +177,7 @@ def measure(
         for turn, process, todo in left:
             if process not in workers:
                 workers[process] = spare.pop() if spare else Worker()
-                _prepare(workers[process], cells, arrays, plan)
+                _prepare(workers[process], cells, arrays, plan, process)
             workers[process].tell({"round": [[i, m] for _, i, m in todo]})
             rows = []
             for position, i, repetitions in todo:
@@ -224,7 +206,7 @@ def measure(
             worker.close()
 
 
-def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan) -> None:
+def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan, process: int) -> None:
     worker.tell(
         {
             "cpu": plan.cpu,
@@ -238,7 +220,7 @@ def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan) -> 
                     "pairs": cell.pairs,
                     "expected": cell.expected,
                     "order": cell.order,
-                    "seed": plan.seed,
+                    "seed": [plan.seed, process],
                 }
                 for cell in cells
             ],

@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import tempfile
+import time
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,6 +24,10 @@ try:
     import fcntl
 except ImportError:  # not a POSIX system: two writers of one run are not noticed there
     fcntl = None
+
+
+MAKING = ".making-"
+ABANDONED = 86400.0  # seconds after which a folder that never got its name is somebody's leftover
 
 
 class RunWriter:
@@ -93,7 +98,8 @@ class RunWriter:
         making = None
         try:
             out.mkdir(parents=True, exist_ok=True)
-            making = Path(tempfile.mkdtemp(prefix=".making-", dir=out))
+            _sweep(out)
+            making = Path(tempfile.mkdtemp(prefix=MAKING, dir=out))
             making.chmod(0o777 & ~_umask())
             _write_new(making / SAMPLES, ",".join(sample_columns) + "\n")
             path = _name_it(making, out, stem, info)
@@ -227,6 +233,14 @@ class RunWriter:
         in_default = self.path.parent == Path("results")
         run = self.name if in_default else self.path
         return f"what was measured is kept, go on with: rtbench run --resume {run}"
+
+
+def _sweep(out: Path) -> None:
+    """Remove what runs left behind that were killed while their folder was being made."""
+    for making in out.glob(f"{MAKING}*"):
+        with suppress(OSError):
+            if time.time() - making.stat().st_mtime > ABANDONED:
+                shutil.rmtree(making, ignore_errors=True)
 
 
 def _umask() -> int:

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from rtbench.cli.diff import command
 from rtbench.errors import CheckFailed, NotComparable, RtbenchError
 from rtbench.records import schema
-from rtbench.records.store import RunWriter
+from rtbench.records.writer import RunWriter
 
 CELL = ["kernel", "density"]
 

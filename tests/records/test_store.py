@@ -316,3 +316,13 @@ def test_a_full_disk_is_told_and_the_run_goes_on_later(tmp_path):
     # The round that did not fit was taken back as a whole.
     assert len(run.samples) == 40 * len(rounds) > 0
     RunWriter.reopen(run.path).close()
+
+
+def test_what_a_kill_left_half_made_is_swept_up_later(tmp_path):
+    old, young = tmp_path / ".making-old", tmp_path / ".making-young"
+    for folder in (old, young):
+        folder.mkdir()
+        (folder / "samples.csv").write_text("kernel\n")
+    os.utime(old, (0, 0))
+    RunWriter.create(tmp_path, "x", "y", {"cell": ["kernel"]}, sample_columns(["kernel"])).close()
+    assert not old.exists() and young.exists()
