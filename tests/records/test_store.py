@@ -324,5 +324,5 @@ def test_what_a_kill_left_half_made_is_swept_up_later(tmp_path):
         folder.mkdir()
         (folder / "samples.csv").write_text("kernel\n")
     os.utime(old, (0, 0))
-    RunWriter.create(tmp_path, "x", "y", {"cell": ["kernel"]}, sample_columns(["kernel"])).close()
+    RunWriter.create(tmp_path, "x", "y", {"cell": ["kernel"]}, ["kernel"]).close()
     assert not old.exists() and young.exists()
