@@ -13,7 +13,7 @@ from rtbench.errors import NotComparable, RtbenchError
 from rtbench.experiments.bench import Bench
 from rtbench.experiments.config import Config
 from rtbench.experiments.resumption import codes, must_be_the_same, samples_taken
-from rtbench.measure import machine
+from rtbench.measure import machine, noise
 from rtbench.measure.schedule import samples_for
 from rtbench.measure.session import Plan, Worker, WorkerDied, measure
 from rtbench.records import schema
@@ -180,7 +180,8 @@ def _measure_the_rest(
     told = writer.info["plan"]
     plan = Plan(told["processes"], told["rounds"], writer.info["seed"], told["cpu"])
     if bench.cells:
-        watcher.plan(_description(bench, plan))
+        remarks = writer.info.get("remarks") or []
+        watcher.plan("\n".join([_description(bench, plan), *remarks]))
         measure(
             bench.cells, bench.arrays, plan, writer.append, watcher.progress, done, launch, worker
         )
@@ -211,6 +212,7 @@ def _info(
     command: list[str] | None,
 ) -> dict:
     config = bench.config
+    fingerprint = machine.fingerprint()
     return {
         "experiment": config.experiment,
         "title": config.title,
@@ -219,15 +221,25 @@ def _info(
         "seed": config.seed,
         "command": command or [],
         "plan": {"processes": processes, "rounds": rounds, "cpu": cpu} | _work(bench),
-        "machine": machine.fingerprint(),
+        "machine": fingerprint,
         "software": machine.software(),
         "float_state": machine.float_state(),
         "load": {"before": before},
+        "remarks": _remarks(fingerprint, before),
         "workloads": bench.workloads,
         "kernels": bench.compiled,
         "outcomes": bench.outcomes,
         **bench.facts,
     }
+
+
+def _remarks(fingerprint: dict, load: dict) -> list[str]:
+    """Return what disturbs measuring right now, each with its cure.
+
+    The load average is left out: it remembers the run before this one.
+    """
+    found = noise.complaints(fingerprint, load | {"loadavg": machine.UNKNOWN})
+    return [f"disturbed: {each.what}; cure: {each.cure}" for each in found if each.serious]
 
 
 def _work(bench: Bench) -> dict:

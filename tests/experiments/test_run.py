@@ -384,3 +384,17 @@ def test_bad_input_leaves_no_process_behind(go):
         with pytest.raises(RtbenchError):
             go(TINY, **changes)
         assert children() == []
+
+
+def test_what_disturbs_is_remarked_with_its_cure(go, monkeypatch):
+    from rtbench.measure import machine
+
+    quiet = machine.load() | {"heavy_processes": 0, "busy": 0.0, "steal": 0.0, "sibling_busy": 0.0}
+    monkeypatch.setattr(machine, "load", lambda: quiet | {"loadavg": [9.0, 9.0, 9.0]})
+    still = machine.fingerprint() | {"governor": "performance", "turbo": "off"}
+    monkeypatch.setattr(machine, "fingerprint", lambda: still)
+    work = {"densities": (0.5,), "triangles": 20, "repetitions": 2, "kernels": ("moller1",)}
+    assert go(**work).info["remarks"] == []
+    monkeypatch.setattr(machine, "fingerprint", lambda: still | {"governor": "powersave"})
+    (remark,) = go(**work).info["remarks"]
+    assert "powersave" in remark and "cure: " in remark
