@@ -238,7 +238,7 @@ def test_the_shuffled_order_tests_every_pair_as_often(bench, monkeypatch):
     told |= {"expected": ("o", "none", "none", "none"), "seed": [1, 0]}
     sequences = {}
     for order in ("repeat", "sweep", "sorted", "shuffled"):
-        cell = worker.Cell(told | {"order": order}, arrays)
+        cell = worker.Cell(told | {"order": order}, arrays, {})
         assert cell.time(50) is not None
         sequences[order] = seen[-1].tolist()
     assert sequences["repeat"] == [4] * 50 + [1] * 50 + [3] * 50

@@ -60,8 +60,8 @@ def write_run(
     columns = [*cell, *(name for name in ["outcome", *TIMING, "cpu_ns"] if name not in cell)]
     placement = random.normal(1, spread, (processes, len(cells)))
     rows = []
-    for process in range(processes):
-        for number in range(rounds):
+    for number in range(rounds):  # the processes take turns
+        for process in range(processes):
             for position, place in enumerate(random.permutation(len(cells))):
                 one = cells[place]
                 pairs = int(one.get("triangles") or triangles)

@@ -29,8 +29,8 @@ def drift_chart(run: "Run") -> Figure:
     Returns
     -------
     Figure
-        Points in percent of the cell's median, the median of each round as a line, outliers
-        crossed, shaded bands for the processes. What lies beyond the scale is drawn at its edge.
+        Points in percent of the cell's median, the median of each process in each round as a line, outliers
+        crossed, shaded bands for the rounds. What lies beyond the scale is drawn at its edge.
     """
     place, change, far, process, rounds = deviations(run)
     figure, axes = style.panels(1, 1, 7.4, 2.9)
@@ -39,7 +39,7 @@ def drift_chart(run: "Run") -> Figure:
     inside = np.clip(change, low, high)
     beyond = change != inside
     bitmap = len(place) > _MOST_VECTOR_POINTS
-    _bands(panel, place, process)
+    _bands(panel, place, rounds)
     plain = ~far & ~beyond
     panel.plot(
         place[plain],
@@ -78,15 +78,17 @@ def drift_chart(run: "Run") -> Figure:
                 clip_on=False,
                 label=f"{int(outside.sum())} {where} the scale",
             )
-    starts, middles = _round_medians(place, change, process, rounds)
+    middles, medians = _turn_medians(place, change, process, rounds)
     panel.plot(
-        starts, np.clip(middles, low, high), color="black", linewidth=1, label="median of a round"
+        middles, np.clip(medians, low, high), color="black", linewidth=1, label="median of a turn"
     )
     panel.axhline(0, color=style.GREY, linewidth=0.7, linestyle=(0, (4, 2)))
     panel.set_xlim(-0.5 - 0.005 * len(place), len(place) - 0.5 + 0.005 * len(place))
     margin = 0.04 * (high - low)
     panel.set_ylim(low - margin, high + margin)
-    panel.set_xlabel("sample, in the order taken (shading: processes)")
+    panel.set_xlabel(
+        "sample, in the order taken (shading: rounds; in each, the processes take turns)"
+    )
     panel.set_ylabel("time against the cell's median (%)")
     panel.legend(
         loc="upper left", bbox_to_anchor=(0, -0.2), ncols=5, borderaxespad=0, markerscale=1.6
@@ -125,10 +127,11 @@ def deviations(run: "Run") -> tuple[np.ndarray, ...]:
         times = derive.times(of_cell)
         change[rows] = 100 * (times.ns / max(np.median(times.ns), 1e-12) - 1)
         far[rows] = statistics.outliers(times)
-    keys = [samples[name].to_numpy(np.int64) for name in ("launch", "process", "round", "position")]
-    order = np.lexsort(keys[::-1])
-    launch, process, rounds, _ = (key[order] for key in keys)
-    return np.arange(len(samples)), change[order], far[order], launch * 1_000_000 + process, rounds
+    # samples.csv only grows: its lines stand in the order in which the samples were taken.
+    launch, process, rounds = (
+        samples[name].to_numpy(np.int64) for name in ("launch", "process", "round")
+    )
+    return np.arange(len(samples)), change, far, launch * 1_000_000 + process, rounds
 
 
 def _limits(change: np.ndarray, far: np.ndarray) -> tuple[float, float]:
@@ -138,22 +141,16 @@ def _limits(change: np.ndarray, far: np.ndarray) -> tuple[float, float]:
     return max(-reach, change.min() - 0.1), min(reach, change.max() + 0.1)
 
 
-def _bands(panel, place: np.ndarray, process: np.ndarray) -> None:
-    edges = np.flatnonzero(np.diff(process)) + 1
+def _bands(panel, place: np.ndarray, rounds: np.ndarray) -> None:
+    edges = np.flatnonzero(np.diff(rounds)) + 1
     for number, (first, last) in enumerate(zip([0, *edges], [*edges, len(place)], strict=True)):
         if number % 2:
             panel.axvspan(first - 0.5, last - 0.5, color="#F2F2F2", linewidth=0, zorder=0)
 
 
-def _round_medians(place, change, process, rounds) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middle place and the median of each round, a gap between two processes."""
-    middles, medians, before = [], [], None
+def _turn_medians(place, change, process, rounds) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middle place and the median of each turn: one round of one process."""
     edges = np.flatnonzero(np.diff(process) | np.diff(rounds)) + 1
-    for first, last in zip([0, *edges], [*edges, len(place)], strict=True):
-        if before is not None and process[first] != before:
-            middles.append(float(first) - 0.5)
-            medians.append(float("nan"))
-        before = process[first]
-        middles.append((first + last - 1) / 2)
-        medians.append(float(np.median(change[first:last])))
-    return np.array(middles), np.array(medians)
+    turns = list(zip([0, *edges], [*edges, len(place)], strict=True))
+    middles = [(first + last - 1) / 2 for first, last in turns]
+    return np.array(middles), np.array([np.median(change[first:last]) for first, last in turns])

@@ -91,13 +91,13 @@ def test_drift_shows_every_sample_in_the_order_taken(make):
     run = make("density", processes=2, rounds=3)
     place, change, far, process, rounds = deviations(run)
     assert len(place) == len(run.samples) == 2 * 3 * 40
-    assert list(process) == [0] * 120 + [1] * 120
-    assert list(rounds[:40]) == [0] * 40 and rounds[119] == 2
+    assert list(process) == ([0] * 40 + [1] * 40) * 3
+    assert list(rounds) == [0] * 80 + [1] * 80 + [2] * 80
     # Half the samples of each cell lie on either side of its median.
     assert abs(np.median(change)) < 0.1
     (axes,) = drift_chart(run).axes
     labelled = [line for line in axes.lines if not line.get_label().startswith("_")]
-    dots = [line for line in labelled if line.get_label() != "median of a round"]
+    dots = [line for line in labelled if line.get_label() != "median of a turn"]
     assert sum(len(line.get_xdata()) for line in dots) == len(place)
     assert bool(far.any()) == any("outlier" in line.get_label() for line in labelled)
 
