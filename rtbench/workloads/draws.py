@@ -83,3 +83,13 @@ def draw(generator: str, seed: int, n: int) -> np.ndarray:
         As `items`.
     """
     return items(generator, seed)(n)
+
+
+def points(items: np.ndarray) -> np.ndarray:
+    """Return (N, 15) items as (5, N, 3) points: orig, end, v0, v1, v2; a view."""
+    return items.reshape(-1, 5, 3).transpose(1, 0, 2)
+
+
+def items_of(points: np.ndarray) -> np.ndarray:
+    """Return (5, N, 3) points as (N, 15) items."""
+    return points.transpose(1, 0, 2).reshape(-1, COORDINATES)

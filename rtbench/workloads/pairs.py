@@ -127,12 +127,13 @@ def random_pairs(
     """
     _check_count(n)
     draw = draws.items(generator, seed)
-    kept = np.empty((n, draws.COORDINATES), np.float32)
+    kept = np.empty((5, n, 3), np.float32)
     hit = np.empty(n, bool)
     for start in range(0, n, PORTION):
         part = slice(start, min(start + PORTION, n))
-        kept[part] = draw(part.stop - start)
-        hit[part] = certified.line_hits(*safety.lines(kept[part]))
+        portion = draw(part.stop - start)
+        kept[:, part] = draws.points(portion)
+        hit[part] = certified.line_hits(*safety.lines(portion))
         _report(progress, part.stop / n)
     return _finish(
         kept,
@@ -187,7 +188,7 @@ def pairs_at_density(
     # A stream of its own, so that the order has nothing to do with the coordinates.
     place = np.random.Generator(np.random.PCG64([int(seed), 1])).permutation(n)
     empty = {HIT: place[:hits], MISS: place[hits:]}
-    kept = np.empty((n, draws.COORDINATES), np.float32)
+    kept = np.empty((5, n, 3), np.float32)
     redrawn = dict.fromkeys(safety.REASONS, 0)
     drawn = surplus = 0
     # About 9 items are drawn for a hit; a generator that gives so few would never end.
@@ -209,7 +210,7 @@ def pairs_at_density(
         for kind, places in empty.items():
             if len(places):
                 found = np.flatnonzero(classes == kind)[: len(places)]
-                kept[places[: len(found)]] = portion[found]
+                kept[:, places[: len(found)]] = draws.points(portion[found])
                 empty[kind] = places[len(found) :]
                 used = max(used, len(portion) if len(empty[kind]) else found[-1] + 1)
         drawn += int(used)
@@ -275,31 +276,23 @@ def _report(progress: Progress | None, fraction: float) -> None:
         progress(fraction)
 
 
-def _finish(items: np.ndarray, hit: np.ndarray, **told: object) -> Pairs:
-    """Return the pairs of items, with all that is stored beside the coordinates."""
-    n = len(items)
-    columns = {
-        name: np.ascontiguousarray(items[:, where])
-        for name, where in (
-            ("v0", draws.V0),
-            ("v1", draws.V1),
-            ("v2", draws.V2),
-            ("orig", draws.ORIG),
-            ("end", draws.END),
-        )
-    }
+def _finish(kept: np.ndarray, hit: np.ndarray, **told: object) -> Pairs:
+    """Return the pairs of (5, n, 3) points, with all that is stored beside them."""
+    n = len(hit)
+    orig, end, v0, v1, v2 = kept
     dir = np.empty((n, 3), np.float32)
     stored = {"normal": np.empty((n, 3), np.float32), "d": np.empty(n, np.float32)}
     stored |= {name: np.empty(n, np.uint32) for name in ("i0", "i1", "i2")}
     t, u, v = (np.full(n, np.nan) for _ in range(3))
     for start in range(0, n, PORTION):
         part = slice(start, start + PORTION)
-        triangles, orig, dir[part] = safety.lines(items[part])
+        triangles, origins, dir[part] = safety.lines(draws.items_of(kept[:, part]))
         plane = stored_plane(*(triangles[:, k] for k in range(3)))
         for name, out in stored.items():
             out[part] = plane[name]
         hits = np.flatnonzero(hit[part])
-        found = certified.reference(triangles[hits], orig[hits], dir[part][hits])
+        found = certified.reference(triangles[hits], origins[hits], dir[part][hits])
         for out, values in zip((t, u, v), found[:3], strict=True):
             out[part][hits] = values
-    return Pairs(**columns, dir=dir, **stored, hit=hit, t=t, u=u, v=v, **told)
+    points = {"v0": v0, "v1": v1, "v2": v2, "orig": orig, "end": end}
+    return Pairs(**points, dir=dir, **stored, hit=hit, t=t, u=u, v=v, **told)

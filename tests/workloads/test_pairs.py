@@ -132,8 +132,10 @@ class TestStoredData:
 
     def test_under_200_bytes_a_pair(self, half):
         arrays = [x for x in vars(half).values() if isinstance(x, np.ndarray)]
-        assert all(x.base is None for x in arrays)
-        assert sum(x.nbytes for x in arrays) < 200 * len(half)
+        # What a view keeps alive counts whole, once.
+        owners = {id(owner): owner for owner in (x if x.base is None else x.base for x in arrays)}
+        assert all(owner.base is None for owner in owners.values())
+        assert sum(owner.nbytes for owner in owners.values()) < 200 * len(half)
 
 
 class TestDensity:
