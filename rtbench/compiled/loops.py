@@ -16,7 +16,7 @@ from types import FunctionType, ModuleType
 import numpy as np
 
 from rtbench.compiled import stages, syntax
-from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate, source_of
+from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate
 from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE, record_types
 from rtbench.compiled.machine_code import instructions
 from rtbench.errors import RtbenchError
@@ -129,7 +129,9 @@ def loop(
         else:
             constants[name] = _constant_source(value)
     if DATA_TYPE[precision] is REAL_TYPE[precision]:
-        sources = [_renamed(source_of(value), name) for name, value in callees.items()]
+        sources = [
+            _named(syntax.typed(syntax.parse(value)), name) for name, value in callees.items()
+        ]
     else:
         scalars = frozenset(
             name
@@ -139,7 +141,7 @@ def loop(
         )
         function = syntax.widened(function, scalars)
         sources = [
-            _named(syntax.widened(syntax.parse(value), scalars), name)
+            _named(syntax.typed(syntax.widened(syntax.parse(value), scalars)), name)
             for name, value in callees.items()
         ]
     what = f"{chosen.name} in {precision}, records: {layout}, tests: {kind}"
@@ -147,7 +149,7 @@ def loop(
     try:
         return instantiate(
             _named(syntax.parse(LOOPS[kind]), entry),
-            callees=(*sources, _named(function, "test")),
+            callees=(*sources, _named(syntax.typed(function), "test")),
             constants=constants,
             signature=(
                 "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], int32[::1], "

@@ -49,3 +49,8 @@ def _is_code(text: str) -> bool:
 def digest(assembly: str) -> str:
     """Return a digest of the measured functions, equal where they run the same instructions."""
     return hashlib.sha256("\n".join(instructions(assembly)).encode()).hexdigest()[:16]
+
+
+def widens(assembly: str) -> bool:
+    """Tell whether the measured functions turn a float32 into a float64 anywhere."""
+    return any(re.search(r"cvtss2sd|fcvt\s+d\d+, s\d+", line) for line in instructions(assembly))

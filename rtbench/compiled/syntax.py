@@ -189,6 +189,19 @@ def fields(kernel: Kernel) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(fields_read["tri"]), tuple(fields_read["ray"])
 
 
+def typed(function: ast.FunctionDef) -> ast.FunctionDef:
+    """Return a function with its float literals put into REAL.
+
+    Beside a float32 an untyped literal would turn the expression into float64, unnoticed.
+    """
+
+    class Typed(ast.NodeTransformer):
+        def visit_Constant(self, node: ast.Constant) -> ast.expr:
+            return _in_real(node) if isinstance(node.value, float) else node
+
+    return ast.fix_missing_locations(Typed().visit(copy(function)))
+
+
 def widened(function: ast.FunctionDef, scalars: frozenset[str]) -> ast.FunctionDef:
     """Return a function with every number that it reads put into REAL, for mixed precision.
 

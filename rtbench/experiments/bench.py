@@ -11,6 +11,7 @@ from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.intersect import run_once
 from rtbench.compiled.layout import REAL_TYPE, bytes_per_triangle, fill, record_types
 from rtbench.compiled.loops import empty, loop
+from rtbench.compiled.machine_code import widens
 from rtbench.errors import RtbenchError
 from rtbench.experiments.answers import check
 from rtbench.experiments.config import Config
@@ -64,6 +65,7 @@ class Bench:
         self.workloads: list[dict] = []
         self.outcomes: list[dict] = []
         self.facts: dict[str, object] = {}
+        self.remarks: list[str] = []
         self.compiled: dict[str, dict[str, dict]] = {}
         self._progress = progress
         self._answers: dict[tuple, Answers] = {}
@@ -89,7 +91,10 @@ class Bench:
 
     def _register(self, workload: Workload) -> Workload:
         pairs = workload.pairs
-        triangle, ray = record_types(self.kernels[0], self.config.layout, self.config.precisions[0])
+        # Of the first kernel: its records, an index, and what it writes.
+        kernel, precision = self.kernels[0], self.config.precisions[0]
+        triangle, ray = record_types(kernel, self.config.layout, precision)
+        written = 4 + len(kernel.outputs) * np.dtype(REAL_TYPE[precision]).itemsize
         self.workloads.append(
             {
                 "density": workload.density,
@@ -98,7 +103,7 @@ class Bench:
                 "hits": int(pairs.hit.sum()),
                 "drawn": pairs.drawn,
                 "redrawn": pairs.redrawn,
-                "bytes_per_pair": triangle.itemsize + ray.itemsize,
+                "bytes_per_pair": triangle.itemsize + ray.itemsize + 8 + written,
             }
         )
         return workload
@@ -117,6 +122,11 @@ class Bench:
                     machine_code_digest=made.code_digest,
                     compile_seconds=seconds if made.fresh else 0.0,
                 )
+                if precision == "float32" and widens(made.assembly):
+                    self.remarks.append(
+                        f"kernel {kernel.name} in float32 computes in float64 in places: a whole "
+                        "number beside a float32 does that; write it as a float (2.0)"
+                    )
         return made
 
     def answers(
@@ -216,7 +226,8 @@ class Bench:
             self._keep(f"{what}|{kernel.name}|{precision}|{cut}|{i}", values, group)
             for i, values in enumerate(answers.outputs)
         ]
-        records = f"{what}|{record_types(kernel, self.config.layout, precision)}"
+        prepared = kernel.prepare and (kernel.prepare.__module__, kernel.prepare.__qualname__)
+        records = f"{what}|{prepared}|{record_types(kernel, self.config.layout, precision)}"
         if f"{records}|rays" not in self.arrays.paths:
             triangles, rays = self._records(kernel, precision, workload)
             self._keep(f"{records}|triangles", triangles, group)

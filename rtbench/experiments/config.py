@@ -11,6 +11,7 @@ from pathlib import Path
 from rtbench import resources
 from rtbench.compiled.layout import LAYOUTS, PRECISIONS
 from rtbench.errors import RtbenchError, unknown
+from rtbench.workloads.draws import GENERATORS
 
 ORDERS = ("repeat", "sweep", "sorted", "shuffled")
 EXPERIMENTS = (
@@ -22,7 +23,6 @@ EXPERIMENTS = (
     "stages",
     "working_set",
 )
-GENERATORS = ("pcg64", "msvc")
 MOST = 1_000_000_000  # of anything that is counted
 
 

@@ -225,7 +225,7 @@ def _info(
         "software": machine.software(),
         "float_state": machine.float_state(),
         "load": {"before": before},
-        "remarks": _remarks(fingerprint, before),
+        "remarks": bench.remarks + _remarks(fingerprint, before),
         "workloads": bench.workloads,
         "kernels": bench.compiled,
         "outcomes": bench.outcomes,

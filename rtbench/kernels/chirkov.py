@@ -62,6 +62,7 @@ def chirkov(tri, ray):
             t = -sign_src / (
                 ray.dir[0] * tri.normal[0] + ray.dir[1] * tri.normal[1] + ray.dir[2] * tri.normal[2]
             )
+            "t (division)"
             inv_area = ONE / (dd * (ay * bz - az * by))
             return HIT, t, bdelxbase * inv_area, adelxbase * inv_area
     return 1, NO_T, NO_T, NO_T

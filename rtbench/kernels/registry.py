@@ -13,6 +13,8 @@ import rtbench.kernels
 from rtbench.errors import RtbenchError, unknown
 from rtbench.kernels.contract import Kernel
 
+EMPTY = "empty"  # the loop without a kernel has this name in every record
+
 
 @functools.cache
 def all_kernels() -> dict[str, Kernel]:
@@ -83,7 +85,7 @@ def _from_file(path: Path, name: str) -> Kernel:
         )
     if name not in declared:
         raise RtbenchError(unknown(f"kernel of {path.name}", name, declared))
-    if name in all_kernels():
+    if name in all_kernels() or name == EMPTY:
         raise RtbenchError(f"kernel {name!r} of {path.name} has the name of a built-in one")
     return declared[name]
 

@@ -10,7 +10,9 @@ from rtbench.records.rankings import Cells, rank_runs
 from rtbench.records.run import Run
 from rtbench.records.schema import EMPTY, MEAN
 from rtbench.records.statistics import (
+    FASTER,
     NO_INTERVAL,
+    SLOWER,
     Estimate,
     geometric_mean,
     holm,
@@ -38,7 +40,8 @@ class Comparison:
         What makes the numbers doubtful.
     cells : list of dict
         The cell's columns, ``run`` (the later one), ``first_ns``, ``ns``, ``ratio`` (later /
-        first), ``low``, ``high`` (95 % interval or None), ``verdict``. With a reference kernel also
+        first), ``low``, ``high`` (95 % interval or None), ``beside_shift`` (the ratio over that of
+        the same code on the same processor), ``verdict`` (about the latter). With a reference also
         ``first_relative``, ``relative`` (to that kernel on the same machine), ``relative_ratio``,
         ``relative_low``, ``relative_high``, ``relative_verdict``.
     missing : list of dict
@@ -110,6 +113,7 @@ def compare(
         raise NotComparable(f"no cell in common: {_kinds(runs, columns, tables)}")
     rows: list[dict] = []
     means: list[dict] = []
+    remarks = environments.doubts(runs, allow)
     kernel = columns.index("kernel")
     if relative_to is not None:
         names = {key[kernel] for table in tables for key in table}
@@ -118,20 +122,23 @@ def compare(
     for run, table in zip(runs[1:], tables[1:], strict=True):
         both = [key for key in tables[0] if key in table]
         ratios = {key: ratio(table[key], tables[0][key], run.path == runs[0].path) for key in both}
-        own = _rows(run, columns, tables[0], table, ratios, threshold)
+        shift = _shift(environments.same_code(runs[0], run), columns, ratios)
+        if shift is not None and _judge([shift], threshold)[0]["verdict"] in (FASTER, SLOWER):
+            remarks.append(_shift_words(run, shift))
+        own = _rows(run, columns, tables[0], table, ratios, shift, threshold)
         if relative_to is not None:
             _add_relative(own, both, kernel, relative_to, tables[0], table, threshold)
         rows += own
         counted = _counted(common, columns)
         if counted:
-            means.append(_mean_row(run, [ratios[key] for key in counted], threshold))
+            means.append(_mean_row(run, [ratios[key] for key in counted], shift, threshold))
     ranked = [] if "outcome" in columns else rank_runs([run.name for run in runs], columns, tables)
     return Comparison(
         runs=[run.name for run in runs],
         columns=columns,
         environment=environments.differences(runs),
         machine_code=environments.machine_code(runs),
-        remarks=environments.doubts(runs, allow),
+        remarks=remarks,
         cells=rows,
         missing=_missing(runs, columns, tables),
         means=means,
@@ -191,21 +198,58 @@ def _judge(ratios: Sequence[Estimate], threshold: float) -> list[dict]:
     return judged
 
 
+def _shift(
+    same_code: set[tuple[str, str]], columns: list[str], ratios: dict[tuple, Estimate]
+) -> Estimate | None:
+    """Return how much slower a processor ran what is the same code: its clock, or its load.
+
+    Processes are resampled inside a run, so no interval knows how runs differ from each other. On
+    one processor the cells whose machine code is the same tell it.
+    """
+    kernel = columns.index("kernel")
+    precision = columns.index("precision") if "precision" in columns else None
+    controls = [
+        value
+        for key, value in ratios.items()
+        if (key[kernel], "" if precision is None else key[precision]) in same_code
+        and value.draws is not None
+    ]
+    return geometric_mean(controls).estimate if len(controls) > 1 else None
+
+
+def _shift_words(run: Run, shift: Estimate) -> str:
+    low, high = shift.interval()
+    return (
+        f"{run.name}: the same code on the same processor took {shift.value:.3f} "
+        f"[{low:.3f}, {high:.3f}] times as long: its clock or its load was another; "
+        "verdicts are about what a cell differs by beside that"
+    )
+
+
+def _beside(found: Estimate, shift: Estimate | None) -> Estimate:
+    return found if shift is None or found.draws is None else ratio(found, shift, paired=True)
+
+
 def _rows(
     run: Run,
     columns: list[str],
     first: Cells,
     later: Cells,
     ratios: dict[tuple, Estimate],
+    shift: Estimate | None,
     threshold: float,
 ) -> list[dict]:
-    judged = _judge(list(ratios.values()), threshold)
-    return [
-        dict(zip(columns, key, strict=True))
-        | {"run": run.name, "first_ns": first[key].value, "ns": later[key].value}
-        | words
-        for key, words in zip(ratios, judged, strict=True)
-    ]
+    beside = [_beside(value, shift) for value in ratios.values()]
+    rows = []
+    for (key, value), judged in zip(ratios.items(), _judge(beside, threshold), strict=True):
+        low, high = value.interval() or (None, None)
+        rows.append(
+            dict(zip(columns, key, strict=True))
+            | {"run": run.name, "first_ns": first[key].value, "ns": later[key].value}
+            | {"ratio": value.value, "low": low, "high": high}
+            | {"beside_shift": judged["ratio"], "verdict": judged["verdict"]}
+        )
+    return rows
 
 
 def _add_relative(
@@ -232,9 +276,11 @@ def _add_relative(
         row |= {f"relative_{name}": value for name, value in words.items()}
 
 
-def _mean_row(run: Run, ratios: list[Estimate], threshold: float) -> dict:
+def _mean_row(run: Run, ratios: list[Estimate], shift: Estimate | None, threshold: float) -> dict:
     found = geometric_mean(ratios)
     (words,) = _judge([found.estimate], threshold)
+    (judged,) = _judge([_beside(found.estimate, shift)], threshold)
+    words["verdict"] = judged["verdict"]
     spread = None if found.count < 2 else found.deviation
     extremes = {"least": found.least, "greatest": found.greatest, "deviation": spread}
     return {"run": run.name, "cells": found.count} | words | extremes
@@ -277,10 +323,11 @@ def slowdowns(comparison: Comparison, above: float) -> tuple[list[dict], int]:
     Returns
     -------
     cells : list of dict
-        Rows whose verdict is slower and whose ratio is above 1 + ``above``; the empty loop is none.
+        Rows whose verdict is slower and whose ratio, beside the shift of the machine, is above
+        1 + ``above``; the empty loop is none.
     unjudged : int
         How many rows have no interval: these cannot be resolved and never count as slower.
     """
     rows = [row for row in comparison.cells if row["kernel"] != EMPTY]
-    slower = [row for row in rows if row["verdict"] == "slower" and row["ratio"] > 1 + above]
+    slower = [row for row in rows if row["verdict"] == SLOWER and row["beside_shift"] > 1 + above]
     return slower, sum(row["verdict"] == NO_INTERVAL for row in rows)

@@ -78,6 +78,26 @@ def machine_code(runs: Sequence[Run]) -> list[dict]:
     return rows
 
 
+def same_code(first: Run, later: Run) -> set[tuple[str, str]]:
+    """Return the kernels and precisions of which two runs timed the same code on the same thing.
+
+    Parameters
+    ----------
+    first, later : Run
+
+    Returns
+    -------
+    set of (kernel, precision)
+        Also with "" for the precision; empty where the processors differ or are not known, or
+        where the runs' cells do not mean the same.
+    """
+    models = [(run.info.get("machine") or {}).get("cpu_model") for run in (first, later)]
+    if models[0] != models[1] or models[0] in (None, UNKNOWN) or doubts([first, later]):
+        return set()
+    same = [row for row in machine_code([first, later]) if row["machine_code"] == "same"]
+    return {(row["kernel"], p) for row in same for p in (row["precision"], "")}
+
+
 def doubts(runs: Sequence[Run], allow: Sequence[str] = ()) -> list[str]:
     """Return in what the cells of runs do not mean the same, where both sides say so.
 

@@ -5,6 +5,7 @@ unit of replication (Kalibera & Jones 2013): a resample draws processes with rep
 rounds inside each drawn process. With five processes a plain percentile interval is too short;
 its tails are moved outwards to Phi(-sqrt(n / (n - 1)) t), t the quantile of Student's
 distribution with n - 1 degrees of freedom (Hesterberg 2015, the expanded percentile interval).
+Fewer than five get a t interval of the logarithm from the resamples' spread; one process, none.
 No test of means anywhere: every statistic is a median.
 """
 
@@ -18,6 +19,7 @@ from statistics import NormalDist
 import numpy as np
 
 RESAMPLES = 2000
+FEW = 5  # processes; below, a percentile interval misses far more than it says
 LEVEL = 0.95
 
 _NORMAL = NormalDist()
@@ -51,7 +53,7 @@ class Estimate:
     draws : ndarray of float64, (RESAMPLES,), or None
         Resampled values; None if nothing is known of the spread.
     units : int
-        Units of replication behind it: processes, or rounds where there is one process.
+        Units of replication behind it: processes.
     freedom : float
         Degrees of freedom of the spread.
     """
@@ -65,9 +67,22 @@ class Estimate:
         """Return (low, high) at a confidence level, or None if there is no interval."""
         if self.draws is None:
             return None
+        if self.units < FEW:
+            # So few processes never drew the ends of their distribution: its shape is assumed.
+            t = _quantile(1 - level, self.freedom)
+            if self.value <= 0 or np.min(self.draws) <= 0:  # a difference, not a time or a ratio
+                reach = t * standard_error(self.draws, self.units)
+                return self.value - reach, self.value + reach
+            reach = t * standard_error(np.log(self.draws), self.units)
+            return self.value * math.exp(-reach), self.value * math.exp(reach)
         tail = _tail(1 - level, self.units, self.freedom)
         low, high = np.quantile(self.draws, [tail, 1 - tail])
         return float(low), float(high)
+
+
+def standard_error(draws: np.ndarray, units: int) -> float:
+    """Return the standard error of resampled values, as an unbiased variance has it."""
+    return float(np.std(draws)) * math.sqrt(units / (units - 1))
 
 
 def seed_of(name: str) -> int:
@@ -90,7 +105,7 @@ def median(times: Times, seed: int = 0, resamples: int = RESAMPLES) -> Estimate:
     Returns
     -------
     Estimate
-        In nanoseconds a test; without draws if there is one sample.
+        In nanoseconds a test; without draws if there is one process.
     """
     return _resample(times, seed, resamples)
 
@@ -192,6 +207,12 @@ def p_value(estimate: Estimate, bound: float = 1.0) -> float | None:
     """
     if estimate.draws is None:
         return None
+    if estimate.units < FEW:
+        spread = standard_error(np.log(estimate.draws), estimate.units)
+        apart = abs(math.log(estimate.value)) - math.log(bound)
+        if apart <= 0:
+            return 1.0
+        return 2 * (1 - _student(apart / spread, estimate.freedom)) if spread > 0 else 0.0
     sign = 1.0 if estimate.value >= 1 else -1.0
     beyond = sign * np.log(estimate.draws) - math.log(bound)
     if sign * math.log(estimate.value) <= math.log(bound):
@@ -238,11 +259,10 @@ def _resample(times: Times, seed: int, resamples: int) -> Estimate:
     values = np.asarray(times.ns, float)[order]
     _, counts = np.unique(times.process, return_counts=True)
     value = float(np.median(values))
-    if len(values) < 2:
-        return Estimate(value)
+    if len(counts) < 2:
+        return Estimate(value)  # one process says nothing of how processes differ
     drawn, lengths = _draw(tuple(counts.tolist()), seed, resamples)
-    units = len(counts) if len(counts) > 1 else len(values)
-    return Estimate(value, _medians(values, drawn, lengths), units, units - 1.0)
+    return Estimate(value, _medians(values, drawn, lengths), len(counts), len(counts) - 1.0)
 
 
 @lru_cache(maxsize=16)
@@ -277,11 +297,17 @@ def _medians(values: np.ndarray, drawn: np.ndarray, lengths: np.ndarray | None) 
 @lru_cache(maxsize=10_000)
 def _tail(alpha: float, units: int, freedom: float) -> float:
     """Return the percentile, as a fraction, at which an interval that misses alpha ends."""
+    return _NORMAL.cdf(-math.sqrt(units / (units - 1)) * _quantile(alpha, freedom))
+
+
+@lru_cache(maxsize=10_000)
+def _quantile(alpha: float, freedom: float) -> float:
+    """Return the t beyond which, on both sides, Student's distribution has alpha."""
     low, high = 0.0, 1e9
-    for _ in range(200):  # the quantile of Student's distribution, by bisection
+    for _ in range(200):
         middle = (low + high) / 2
         low, high = (middle, high) if _student(middle, freedom) < 1 - alpha / 2 else (low, middle)
-    return _NORMAL.cdf(-math.sqrt(units / (units - 1)) * low)
+    return low
 
 
 def _student(t: float, freedom: float) -> float:

@@ -54,19 +54,24 @@ def _cells(found: "Comparison") -> Table:
         | _density(row)
         | {"ratio": _ratio(row["ratio"])}
         | {"interval": _interval(row["low"], row["high"])}
+        | {"beside_shift": _ratio(row["beside_shift"])}
         for row in found.cells
     ]
-    raw = [*found.columns, "run", "first_ns", "ns", "ratio", "low", "high", "verdict"]
+    raw = [*found.columns, "run", "first_ns", "ns", "ratio", "low", "high", "beside_shift"]
+    raw += ["verdict"]
     if found.relative_to:
         raw += ["first_relative", "relative", "relative_ratio", "relative_low", "relative_high"]
         raw += ["relative_verdict"]
     shown, same = _shown(found, found.cells)
-    columns = [*shown, "first_ns", "ns", "ratio", "interval", "verdict"]
+    columns = [*shown, "first_ns", "ns", "ratio", "interval", "beside_shift", "verdict"]
+    if all(row["beside_shift"] == row["ratio"] for row in found.cells):
+        columns.remove("beside_shift")
     two = len(found.runs) == 2
     headers = {
         "first_ns": f"{found.runs[0]}, ns/test",
         "ns": f"{found.runs[1]}, ns/test" if two else "ns/test",
         "interval": "95 % interval",
+        "beside_shift": "beside the machine's shift",
     }
     title = f"Cells{same}: time divided by that of {found.runs[0]}"
     return Table("cells", rows, columns, title, raw_columns=raw, headers=headers)

@@ -151,9 +151,12 @@ def _outcomes(run: Run, published: Run, table: str) -> Table:
             )
     notes = ["time / hit: time of a test that returns this code over that of a hit"]
     equal = counts[0] == counts[1]
-    notes.append(
-        f"all {len(rows)} counts are equal" if equal else _chi_square(counts, _source(published))
-    )
+    if not rows:
+        notes.append("nothing in common to compare")
+    elif equal:
+        notes.append(f"all {len(rows)} counts are equal")
+    else:
+        notes.append(_chi_square(counts, _source(published)))
     if run.info["config"]["generator"] == "msvc":
         notes.append(MSVC.format(seed=run.info["seed"]))
     return Table(
@@ -216,6 +219,8 @@ def _operations(run: Run, published: Run, table: str) -> Table:
                 if not absent(there[name]) and there[name] != ours[name]
             ]
     verdict = f"not equal: {', '.join(differ)}" if differ else "every count is equal"
+    if not rows:
+        verdict = "nothing in common to compare"
     return Table(
         "beside-thesis",
         rows,

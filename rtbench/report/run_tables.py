@@ -98,7 +98,7 @@ def write_tables(
     """
     folder = Path(folder or run.path / "tables")
     written = []
-    for table in tables_of(run):
+    for table in tables_of(run) if tables is None else tables:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

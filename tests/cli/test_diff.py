@@ -69,7 +69,10 @@ def test_json_is_one_object():
 
 def test_csv_is_the_table_of_cells():
     lines = diff("blecha-pc3", "blecha-pc4", "--format", "csv").stdout.splitlines()
-    assert lines[0] == "kernel,precision,order,density,run,first_ns,ns,ratio,low,high,verdict"
+    assert (
+        lines[0]
+        == "kernel,precision,order,density,run,first_ns,ns,ratio,low,high,beside_shift,verdict"
+    )
     assert lines[1].startswith("moller1,float32,repeat,mean,blecha-pc4,47.124,36.818,0.78")
     assert len(lines) == 4
 

@@ -211,3 +211,28 @@ def test_the_digest_of_machine_code_does_not_hang_on_folder_process_or_file(tmp_
     first = KERNELS["moller1"]
     before = loop(KERNELS["badouel"], "float64", "own")  # numbers the types otherwise
     assert loop(first).code_digest == told[0][1] != before.code_digest
+
+
+@pytest.mark.parametrize(
+    "switch", [{"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_BOUNDSCHECK": "1"}]
+)
+def test_other_code_is_another_module(tmp_path, switch):
+    """numba's own switches change the code: neither the file nor its digest may be mistaken."""
+    code = (
+        "from rtbench.kernels.registry import find; from rtbench.compiled.loops import loop; "
+        "made = loop(find('moller1')); print(made.path.name, made.code_digest, made.fresh)"
+    )
+    told = []
+    for more in ({}, switch, {}):
+        place = {"RTBENCH_CACHE_DIR": str(tmp_path)}
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | place | more,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        told.append(done.stdout.split())
+    plain, switched, again = told
+    assert plain[:2] == again[:2] and again[2] == "False"
+    assert switched[0] != plain[0] and switched[1] != plain[1]

@@ -138,6 +138,19 @@ def test_noise_resolves_nothing(make):
     assert set(verdicts({"4.1": run}).values()) == {"not resolved"}
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_straight_line_on_a_restless_machine_is_not_refuted(make, seed):
+    place = np.random.default_rng(seed)
+    run = density_run(make, "4.2", lambda k, d, cost: cost * place.normal(1, 0.004), spread=0.08)
+    assert verdicts({"4.2": run})["cost is linear in the density of hits"] != "refuted"
+
+
+def test_other_orders_are_not_judged(make):
+    run = density_run(make, "4.2")
+    run.info["config"]["orders"] = ["sweep"]
+    assert judged({"4.2": run}) == []
+
+
 def stages_run(make, parts):
     """Return a run of the stages experiment; parts: kernel -> [(stage, ns it adds)]."""
     cells = [cell("empty", 1.0, 1.0, stage_index=0)]

@@ -215,3 +215,46 @@ def test_two_kernels_of_one_name(tmp_path):
     paths = [write(tmp_path, SIMPLE, name) for name in ("one.py", "two.py")]
     with pytest.raises(RtbenchError, match="two kernels are named 'simple': rename one"):
         select([f"{path}:simple" for path in paths])
+
+
+LITERALS = '''
+from rtbench.kernels.contract import HIT, NO_T, kernel
+
+TWO = 2
+
+
+@kernel(title="l", method="l", domain="line", outcomes=("hit", "miss"), source="none")
+def literal(tri, ray):
+    x = tri.v0[0] * 0.5 + 1.0
+    if x > 1.25:
+        return HIT, x
+    return 1, NO_T
+
+
+@kernel(title="w", method="w", domain="line", outcomes=("hit", "miss"), source="none")
+def whole(tri, ray):
+    x = tri.v0[0] * TWO
+    if x > ray.orig[0]:
+        return HIT, x
+    return 1, NO_T
+'''
+
+
+def test_literals_do_not_make_float64_of_float32(tmp_path):
+    from rtbench.compiled.loops import loop
+    from rtbench.compiled.machine_code import widens
+
+    file = tmp_path / "typed.py"
+    file.write_text(LITERALS, encoding="utf-8")
+    literal, whole = (loop(find(f"{file}:{name}")) for name in ("literal", "whole"))
+    assert not widens(literal.assembly)
+    # An untyped whole number does: it is found out, and remarked by every run.
+    assert widens(whole.assembly)
+    assert not any(widens(loop(kernel).assembly) for kernel in all_kernels().values())
+
+
+def test_the_name_of_the_empty_loop_is_taken(tmp_path):
+    file = tmp_path / "none.py"
+    file.write_text(LITERALS.replace("def literal", "def empty"), encoding="utf-8")
+    with pytest.raises(RtbenchError, match="empty"):
+        find(f"{file}:empty")

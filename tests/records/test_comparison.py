@@ -253,3 +253,45 @@ def test_times_of_outcomes_are_cells_of_outcome_runs_only(make, tmp_path):
     assert [row["outcome"] for row in found.cells] == [0, 1]
     assert {row["verdict"] for row in found.cells} == {"slower"}
     assert json.dumps(found.cells)
+
+
+def on_one_machine(**codes):
+    """Return what run.json says of a processor and of each kernel's machine code."""
+    kernels = {
+        kernel: {"float32": {"source_digest": code, "machine_code_digest": code}}
+        for kernel, code in codes.items()
+    }
+    return {"machine": {"cpu_model": "one processor"}, "kernels": kernels}
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_another_clock_is_no_other_kernel(make, factor):
+    ns = {"moller1": 30, "badouel": 45, "empty": 0.5}
+    codes = on_one_machine(moller1="a", badouel="b", empty="e")
+    slow = {kernel: time * factor for kernel, time in ns.items()}
+    found = compare([make("a", ns, 1, **codes), make("b", slow, 2, **codes)])
+    words = [row["verdict"] for row in found.cells]
+    assert words.count("no difference resolved") >= len(words) - 1
+    assert found.means[0]["verdict"] == "no difference resolved"
+    assert found.means[0]["ratio"] == pytest.approx(factor, rel=0.02)
+    (remark,) = [text for text in found.remarks if "its clock or its load" in text]
+    assert f"{factor:.1f}" in remark
+    assert slowdowns(found, 0.05) == ([], 0)
+    # Without one processor, or without the same code, nothing tells a clock from a kernel.
+    elsewhere = codes | {"machine": {"cpu_model": "another"}}
+    found = compare([make("c", ns, 1, **codes), make("d", slow, 2, **elsewhere)])
+    assert "no difference resolved" not in {row["verdict"] for row in found.cells}
+
+
+def test_a_changed_kernel_is_told_from_another_clock(make):
+    ns = {"moller1": 30, "badouel": 45, "chirkov": 20, "empty": 0.5}
+    changed = {"moller1": 33, "badouel": 49.5, "chirkov": 33, "empty": 0.55}
+    before = on_one_machine(moller1="a", badouel="b", chirkov="c", empty="e")
+    after = on_one_machine(moller1="a", badouel="b", chirkov="new", empty="e")
+    found = compare([make("a", ns, 1, **before), make("b", changed, 2, **after)])
+    words = {(row["kernel"], row["verdict"]) for row in found.cells}
+    assert ("chirkov", "slower") in words
+    assert ("moller1", "slower") not in words and ("badouel", "slower") not in words
+    slower, _ = slowdowns(found, 0.2)
+    assert {row["kernel"] for row in slower} == {"chirkov"}
+    assert slower[0]["beside_shift"] == pytest.approx(1.5, rel=0.03)

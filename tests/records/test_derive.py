@@ -48,7 +48,7 @@ def test_a_summary_by_hand(make):
     assert cell["seconds"] == pytest.approx(820e-9)
     assert (cell["repetitions"], cell["tests"], cell["triangles"], cell["hits"]) == (10, 100, 10, 5)
     assert (cell["samples"], cell["processes"]) == (5, 2)
-    assert 5 <= cell["ci_low"] <= 7 <= cell["ci_high"] <= 15
+    assert 0 < cell["ci_low"] <= 7 <= cell["ci_high"]
     empty = summary.iloc[1]
     assert np.isnan(empty["ci_low"]) and empty["hits"] is not None
     assert summary["hits"].isna().tolist() == [False, True]
@@ -92,7 +92,7 @@ def test_outcomes_by_hand(make):
     assert table["ns_per_test"].tolist()[:2] == [7, 4]
     assert table["pairs_timed"].tolist()[:2] == [3, 4]
     assert table.loc[2, ["ns_per_test", "pairs_timed", "tests"]].isna().all()
-    assert table["ci_low"].notna().tolist() == [True, False, False]
+    assert table["ci_low"].isna().all()  # one process
 
 
 def test_an_outcome_without_a_density_finds_its_times(make):

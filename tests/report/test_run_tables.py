@@ -49,3 +49,9 @@ def test_json_of_several_tables_is_one_document(make):
     found = json.loads(render_all(tables_of(make("density", processes=2, rounds=2)), "json"))
     assert list(found) == ["times", "outcomes"]
     assert found["times"][0]["kernel"] == "moller1"
+
+
+def test_only_the_tables_asked_for_are_written(make):
+    run = make("density", processes=2, rounds=2)
+    (times, *_) = tables_of(run)
+    assert {path.stem for path in write_tables(run, tables=[times])} == {"times"}

@@ -29,8 +29,9 @@ def drift_chart(run: "Run") -> Figure:
     Returns
     -------
     Figure
-        Points in percent of the cell's median, the median of each process in each round as a line, outliers
-        crossed, shaded bands for the rounds. What lies beyond the scale is drawn at its edge.
+        Points in percent of the cell's median, the median of each process in each round as a
+        line, outliers crossed, shaded bands for the rounds. What lies beyond the scale is drawn
+        at its edge.
     """
     place, change, far, process, rounds = deviations(run)
     figure, axes = style.panels(1, 1, 7.4, 2.9)
