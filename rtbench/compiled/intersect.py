@@ -93,10 +93,14 @@ def intersect(
             "pair by pair needs as many of each"
         )
     data = DATA_TYPE[precision]
-    with np.errstate(all="ignore"):  # what is no number, or too large for one, is the kernel's
-        vertices = tuple(np.ascontiguousarray(triangles[:, i], dtype=data) for i in range(3))
-        records = fill(chosen, "own", precision, vertices, origins, directions)
-    outcome, t, u, v = run_once(loop(chosen, precision, "own"), chosen, precision, *records)
+    try:
+        with np.errstate(all="ignore"):  # what is no number, or too large, is the kernel's
+            vertices = tuple(np.ascontiguousarray(triangles[:, i], dtype=data) for i in range(3))
+            records = fill(chosen, "own", precision, vertices, origins, directions)
+        compiled = loop(chosen, precision, "own")
+    except RtbenchError as problem:
+        raise ValueError(str(problem)) from None
+    outcome, t, u, v = run_once(compiled, chosen, precision, *records)
     hit = outcome == HIT
     # In float64, or numpy would round the limits to the precision of t.
     inside = hit & (t > np.float64(tmin)) & (t < np.float64(tmax))

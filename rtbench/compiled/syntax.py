@@ -181,12 +181,29 @@ def fields(kernel: Kernel) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the fields of the triangle and of the ray that a kernel reads."""
     fields_read: dict[str, list[str]] = {"tri": [], "ray": []}
     for node in (tree(kernel), *helpers(kernel).values()):
+        _must_keep_names(kernel, node)
         for attribute in ast.walk(node):
             if isinstance(attribute, ast.Attribute) and isinstance(attribute.value, ast.Name):
                 names = fields_read.get(attribute.value.id)
                 if names is not None and attribute.attr not in names:
                     names.append(attribute.attr)
     return tuple(fields_read["tri"]), tuple(fields_read["ray"])
+
+
+def _must_keep_names(kernel: Kernel, function: ast.FunctionDef) -> None:
+    """Refuse tri or ray under another name: their fields would be read unseen."""
+    known = {name: [a.arg for a in helper.args.args] for name, helper in helpers(kernel).items()}
+    fine = {n.value for n in ast.walk(function) if isinstance(n, ast.Attribute)}
+    for call in (n for n in ast.walk(function) if isinstance(n, ast.Call)):
+        parameters = known.get(call.func.id, []) if isinstance(call.func, ast.Name) else []
+        pairs = zip(parameters, call.args, strict=False)
+        fine |= {arg for name, arg in pairs if isinstance(arg, ast.Name) and arg.id == name}
+    for name in (n for n in ast.walk(function) if isinstance(n, ast.Name)):
+        if name.id in ARGUMENTS and name not in fine:
+            raise RtbenchError(
+                f"kernel {kernel.name!r} gives {name.id} another name in line {name.lineno} of "
+                f"{function.name}: call it {name.id} there too, so that its fields are seen"
+            )
 
 
 def typed(function: ast.FunctionDef) -> ast.FunctionDef:

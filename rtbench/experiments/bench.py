@@ -238,6 +238,13 @@ class Bench:
             pairs = np.random.default_rng([self.config.seed, count]).permutation(pairs)
         if order == "sorted":
             pairs = pairs[np.argsort(answers.outcome[pairs], kind="stable")]
+        if first and kernel is not EMPTY and cut is None:
+            hit = answers.outcome[:count] == HIT
+            found = {"kernel": kernel.name, "precision": precision, "density": workload.density}
+            found |= {"triangles": count, "hits": int(np.count_nonzero(hit))}
+            hits = self.facts.setdefault("hits", [])
+            if found not in hits:
+                hits.append(found)
         self.cells.append(
             Timed(
                 key={"kernel": kernel.name, "precision": precision, "order": order}

@@ -189,6 +189,9 @@ def _agree(entry: dict, row: dict, without: set[str]) -> bool:
 def _hits(run: Records, row: dict) -> int | None:
     if row.get("kernel") == schema.EMPTY:
         return None
+    for part in run.info.get("hits") or []:  # of a part of a workload
+        if _agree(part, row, without={"hits"}):
+            return part["hits"]
     counted = run.info.get("outcomes") or []
     entries = [entry for entry in counted if _agree(entry, row, without=set(_COUNTED))]
     if not entries:

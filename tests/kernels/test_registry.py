@@ -217,7 +217,7 @@ def test_two_kernels_of_one_name(tmp_path):
         select([f"{path}:simple" for path in paths])
 
 
-LITERALS = '''
+LITERALS = """
 from rtbench.kernels.contract import HIT, NO_T, kernel
 
 TWO = 2
@@ -237,7 +237,7 @@ def whole(tri, ray):
     if x > ray.orig[0]:
         return HIT, x
     return 1, NO_T
-'''
+"""
 
 
 def test_literals_do_not_make_float64_of_float32(tmp_path):
@@ -258,3 +258,24 @@ def test_the_name_of_the_empty_loop_is_taken(tmp_path):
     file.write_text(LITERALS.replace("def literal", "def empty"), encoding="utf-8")
     with pytest.raises(RtbenchError, match="empty"):
         find(f"{file}:empty")
+
+
+@pytest.mark.parametrize(
+    "line", ["v = vertex(tri)", "p = tri\n    v = p.v0[0]", "v = two(ray, tri)"]
+)
+def test_tri_and_ray_keep_their_names(tmp_path, line):
+    """A field read under another name would be missing from the kernel's own layout."""
+    file = tmp_path / "renamed.py"
+    file.write_text(
+        "from rtbench.kernels.contract import HIT, kernel\n"
+        "def vertex(a):\n    return a.v0[0]\n"
+        "def two(tri, ray):\n    return tri.v0[0] + ray.orig[0]\n"
+        '@kernel(title="r", method="r", domain="line", outcomes=("hit", "no"), source="none")\n'
+        f"def renamed(tri, ray):\n    {line}\n    return HIT, v\n",
+        encoding="utf-8",
+    )
+    kernel = find(f"{file}:renamed")
+    with pytest.raises(RtbenchError, match="another name"):
+        facts(kernel)
+    with pytest.raises(ValueError, match="another name"):
+        rtbench.intersect(kernel, np.zeros((1, 3, 3)), np.zeros((1, 3)), np.ones((1, 3)))
