@@ -9,6 +9,7 @@ from rtbench.records.cell_times import cell_times, form_means
 from rtbench.records.rankings import Cells, rank_runs
 from rtbench.records.run import Run
 from rtbench.records.schema import EMPTY, MEAN
+from rtbench.records.shift import beside, shift_of, shift_words
 from rtbench.records.statistics import (
     FASTER,
     NO_INTERVAL,
@@ -122,9 +123,9 @@ def compare(
     for run, table in zip(runs[1:], tables[1:], strict=True):
         both = [key for key in tables[0] if key in table]
         ratios = {key: ratio(table[key], tables[0][key], run.path == runs[0].path) for key in both}
-        shift = _shift(environments.same_code(runs[0], run), columns, ratios)
+        shift = shift_of(environments.same_code(runs[0], run), columns, ratios)
         if shift is not None and _judge([shift], threshold)[0]["verdict"] in (FASTER, SLOWER):
-            remarks.append(_shift_words(run, shift))
+            remarks.append(shift_words(run, shift))
         own = _rows(run, columns, tables[0], table, ratios, shift, threshold)
         if relative_to is not None:
             _add_relative(own, both, kernel, relative_to, tables[0], table, threshold)
@@ -198,38 +199,6 @@ def _judge(ratios: Sequence[Estimate], threshold: float) -> list[dict]:
     return judged
 
 
-def _shift(
-    same_code: set[tuple[str, str]], columns: list[str], ratios: dict[tuple, Estimate]
-) -> Estimate | None:
-    """Return how much slower a processor ran what is the same code: its clock, or its load.
-
-    Processes are resampled inside a run, so no interval knows how runs differ from each other. On
-    one processor the cells whose machine code is the same tell it.
-    """
-    kernel = columns.index("kernel")
-    precision = columns.index("precision") if "precision" in columns else None
-    controls = [
-        value
-        for key, value in ratios.items()
-        if (key[kernel], "" if precision is None else key[precision]) in same_code
-        and value.draws is not None
-    ]
-    return geometric_mean(controls).estimate if len(controls) > 1 else None
-
-
-def _shift_words(run: Run, shift: Estimate) -> str:
-    low, high = shift.interval()
-    return (
-        f"{run.name}: the same code on the same processor took {shift.value:.3f} "
-        f"[{low:.3f}, {high:.3f}] times as long: its clock or its load was another; "
-        "verdicts are about what a cell differs by beside that"
-    )
-
-
-def _beside(found: Estimate, shift: Estimate | None) -> Estimate:
-    return found if shift is None or found.draws is None else ratio(found, shift, paired=True)
-
-
 def _rows(
     run: Run,
     columns: list[str],
@@ -239,9 +208,9 @@ def _rows(
     shift: Estimate | None,
     threshold: float,
 ) -> list[dict]:
-    beside = [_beside(value, shift) for value in ratios.values()]
+    corrected = [beside(value, shift) for value in ratios.values()]
     rows = []
-    for (key, value), judged in zip(ratios.items(), _judge(beside, threshold), strict=True):
+    for (key, value), judged in zip(ratios.items(), _judge(corrected, threshold), strict=True):
         low, high = value.interval() or (None, None)
         rows.append(
             dict(zip(columns, key, strict=True))
@@ -279,7 +248,7 @@ def _add_relative(
 def _mean_row(run: Run, ratios: list[Estimate], shift: Estimate | None, threshold: float) -> dict:
     found = geometric_mean(ratios)
     (words,) = _judge([found.estimate], threshold)
-    (judged,) = _judge([_beside(found.estimate, shift)], threshold)
+    (judged,) = _judge([beside(found.estimate, shift)], threshold)
     words["verdict"] = judged["verdict"]
     spread = None if found.count < 2 else found.deviation
     extremes = {"least": found.least, "greatest": found.greatest, "deviation": spread}

@@ -18,6 +18,8 @@ from statistics import NormalDist
 
 import numpy as np
 
+from rtbench.records import student
+
 RESAMPLES = 2000
 FEW = 5  # processes; below, a percentile interval misses far more than it says
 LEVEL = 0.95
@@ -69,13 +71,13 @@ class Estimate:
             return None
         if self.units < FEW:
             # So few processes never drew the ends of their distribution: its shape is assumed.
-            t = _quantile(1 - level, self.freedom)
+            t = student.quantile(1 - level, self.freedom)
             if self.value <= 0 or np.min(self.draws) <= 0:  # a difference, not a time or a ratio
                 reach = t * standard_error(self.draws, self.units)
                 return self.value - reach, self.value + reach
             reach = t * standard_error(np.log(self.draws), self.units)
             return self.value * math.exp(-reach), self.value * math.exp(reach)
-        tail = _tail(1 - level, self.units, self.freedom)
+        tail = student.tail(1 - level, self.units, self.freedom)
         low, high = np.quantile(self.draws, [tail, 1 - tail])
         return float(low), float(high)
 
@@ -212,7 +214,7 @@ def p_value(estimate: Estimate, bound: float = 1.0) -> float | None:
         apart = abs(math.log(estimate.value)) - math.log(bound)
         if apart <= 0:
             return 1.0
-        return 2 * (1 - _student(apart / spread, estimate.freedom)) if spread > 0 else 0.0
+        return 2 * (1 - student.below(apart / spread, estimate.freedom)) if spread > 0 else 0.0
     sign = 1.0 if estimate.value >= 1 else -1.0
     beyond = sign * np.log(estimate.draws) - math.log(bound)
     if sign * math.log(estimate.value) <= math.log(bound):
@@ -226,7 +228,7 @@ def p_value(estimate: Estimate, bound: float = 1.0) -> float | None:
     if math.isinf(z):
         return 0.0
     t = z / math.sqrt(estimate.units / (estimate.units - 1))
-    return min(1.0, 2 * (1 - _student(t, estimate.freedom)))
+    return min(1.0, 2 * (1 - student.below(t, estimate.freedom)))
 
 
 def joined(value: float, draws: np.ndarray | None, parts: Iterable[Estimate]) -> Estimate:
@@ -292,30 +294,3 @@ def _medians(values: np.ndarray, drawn: np.ndarray, lengths: np.ndarray | None) 
     picked = np.sort(np.where(drawn < 0, np.inf, values[drawn]), axis=1)
     row = np.arange(len(drawn))
     return (picked[row, (lengths - 1) // 2] + picked[row, lengths // 2]) / 2
-
-
-@lru_cache(maxsize=10_000)
-def _tail(alpha: float, units: int, freedom: float) -> float:
-    """Return the percentile, as a fraction, at which an interval that misses alpha ends."""
-    return _NORMAL.cdf(-math.sqrt(units / (units - 1)) * _quantile(alpha, freedom))
-
-
-@lru_cache(maxsize=10_000)
-def _quantile(alpha: float, freedom: float) -> float:
-    """Return the t beyond which, on both sides, Student's distribution has alpha."""
-    low, high = 0.0, 1e9
-    for _ in range(200):
-        middle = (low + high) / 2
-        low, high = (middle, high) if _student(middle, freedom) < 1 - alpha / 2 else (low, middle)
-    return low
-
-
-def _student(t: float, freedom: float) -> float:
-    """Return P(T <= t) for t >= 0, by the trapezoid rule in theta, t = sqrt(freedom) tan(theta)."""
-    angle = math.atan(t / math.sqrt(freedom))
-    theta = np.linspace(angle, math.pi / 2, 2001)
-    # The density becomes cos(theta)^(freedom - 1); the upper tail keeps small values exact.
-    density = np.cos(theta).clip(0) ** (freedom - 1)
-    tail = float(np.sum(density[1:] + density[:-1])) / 2 * (math.pi / 2 - angle) / 2000
-    norm = math.sqrt(math.pi) * math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom + 1) / 2))
-    return 1 - tail / norm

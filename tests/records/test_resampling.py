@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rtbench.records import resampling
+from rtbench.records import student
 from rtbench.records.resampling import (
     Estimate,
     Times,
@@ -35,14 +35,14 @@ def simulated(rng, processes, rounds, true, between, within) -> Times:
 @pytest.mark.parametrize("freedom", [1, 1.7, 2, 4, 8.3, 30])
 @pytest.mark.parametrize("t", [0.1, 1, 2.776, 9])
 def test_students_distribution_agrees_with_scipy(t, freedom):
-    assert resampling._student(t, freedom) == pytest.approx(stats.t.cdf(t, freedom), abs=2e-6)
+    assert student.below(t, freedom) == pytest.approx(stats.t.cdf(t, freedom), abs=2e-6)
 
 
 def test_tail_is_hesterbergs_expanded_percentile():
     for units in (2, 3, 5, 10):
         t = stats.t.ppf(0.975, units - 1)
         expected = stats.norm.cdf(-np.sqrt(units / (units - 1)) * t)
-        assert resampling._tail(0.05, units, units - 1) == pytest.approx(expected, rel=1e-3)
+        assert student.tail(0.05, units, units - 1) == pytest.approx(expected, rel=1e-3)
 
 
 def test_one_level_agrees_with_scipy_bootstrap():
