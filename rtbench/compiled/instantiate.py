@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtbench.compiled import cache, machine_code
-from rtbench.errors import RtbenchError
+from rtbench.errors import RtbenchError, unknown
 
 HEADER = '''"""{title}
 
@@ -46,11 +46,15 @@ INNER = dict(
     _nrt=False,
     forceinline={forceinline},
     no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
+    no_cfunc_wrapper=True,{inner_flags}
 )
-ENTRY = dict(error_model="numpy", nogil=True, cache=True)
+ENTRY = dict(error_model="numpy", nogil=True, cache=True{entry_flags})
 
 '''
+
+# What LLVM may do with floats: nothing but what is written; fuse a product and a sum into one
+# rounding; whatever holds for real numbers, as if there were neither NaN, infinity nor -0.
+FLAGS = {"strict": "", "contract": "fastmath={'contract'}", "fast": "fastmath=True"}
 
 HEADER_NAMES = frozenset(
     {
@@ -74,12 +78,16 @@ class Instance:
         The entry's name in it.
     fresh : bool
         Whether it was compiled just now; False where the machine code came from the cache.
+    environment : tuple of (str, str)
+        What must be set before numba starts in a process that loads it; nothing where that is
+        this process, see :mod:`rtbench.compiled.elsewhere`.
     """
 
     call: Callable
     path: Path
     entry: str
     fresh: bool
+    environment: tuple[tuple[str, str], ...] = ()
 
     @property
     def assembly(self) -> str:
@@ -107,6 +115,8 @@ def instantiate(
     constants: Mapping[str, str] | None = None,
     title: str = "",
     forceinline: bool = False,
+    flags: str = "strict",
+    imports: str = "",
 ) -> Instance:
     """Compile a function together with what it calls, or load it from the cache.
 
@@ -126,14 +136,38 @@ def instantiate(
         The first line of the generated module.
     forceinline : bool
         Inline the callees whatever the compiler thinks of it.
+    flags : str
+        One of ``FLAGS``: strict; ``contract``, a product and a sum may be fused; ``fast``, LLVM's
+        fast-math. The latter two may give other answers.
+    imports : str
+        A line ``from ... import ...`` for the module's top; a digest of what it imports must be
+        among the constants.
 
     Returns
     -------
     Instance
+
+    Raises
+    ------
+    RtbenchError
+        For unknown flags.
     """
+    if flags not in FLAGS:
+        raise RtbenchError(unknown("floating-point flags", flags, FLAGS))
+    told = FLAGS[flags]
     sources = [each if isinstance(each, str) else source_of(each) for each in (*callees, entry)]
     names = [re.match(r"def (\w+)", source).group(1) for source in sources]
-    parts = [HEADER.format(title=title or names[-1], target=_target(), forceinline=forceinline)]
+    parts = [
+        HEADER.format(
+            title=title or names[-1],
+            target=_target(),
+            forceinline=forceinline,
+            inner_flags=told and f"\n    {told},",
+            entry_flags=told and f", {told}",
+        )
+    ]
+    if imports:
+        parts.append(f"{imports}\n\n")
     parts += [f"{name} = {value}\n" for name, value in (constants or {}).items()]
     parts += [f"\n\n@njit(**INNER)\n{source}" for source in sources[:-1]]
     parts += [f"\n\n@njit({signature}, **ENTRY)\n{sources[-1]}"]
@@ -168,7 +202,9 @@ def _target() -> str:
 
     if config.DISABLE_JIT:
         raise RtbenchError("NUMBA_DISABLE_JIT is set: nothing would be compiled; unset it")
-    features = config.CPU_FEATURES or llvm.get_host_cpu_features().flatten()
+    features = config.CPU_FEATURES
+    if features is None:
+        features = llvm.get_host_cpu_features().flatten()
     switches = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX")
     told = [f"NUMBA_{name}={getattr(config, name, None)}" for name in switches]
     digest = hashlib.sha256(features.encode()).hexdigest()[:8]
@@ -178,7 +214,19 @@ def _target() -> str:
 
 @functools.cache
 def load(path: Path, entry: str) -> Instance:
-    """Import a generated module and return its entry, compiled or from numba's cache."""
+    """Import a generated module and return its entry, compiled or from numba's cache.
+
+    Raises
+    ------
+    RtbenchError
+        If it was made for another target than this process compiles for: numba would not find
+        the code in its cache and silently put its own in that place.
+    """
+    made_for = re.search("^# Compiled for (.*)$", path.read_text(encoding="utf-8"), re.M)[1]
+    if made_for != _target():
+        raise RtbenchError(
+            f"{path.name} was made for {made_for}, and this process compiles for {_target()}"
+        )
     assembly = path.with_suffix(".s")
     if not assembly.is_file():  # whoever compiled it was killed in between, or is still at it
         for index in (path.parent / "__pycache__").glob(f"{path.stem}.*.nbi"):

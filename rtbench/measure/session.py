@@ -7,7 +7,9 @@ first turn, while nobody measures.
 
 from __future__ import annotations
 
+import itertools
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -46,6 +48,12 @@ class Timed:
         Of each pair, over all samples.
     nanoseconds : float
         Expected time of a test, for the estimate of what is left.
+    tests : int
+        How many tests a pair stands for: 1, or as many as there are triangles where each index
+        of ``pairs`` is a ray that is tested against all of them.
+    environment : tuple of (str, str)
+        What must be set before a process that runs this cell starts: cells of the same process
+        number that differ in it are served by different processes.
     """
 
     key: dict
@@ -58,6 +66,8 @@ class Timed:
     count: int
     repetitions: int
     nanoseconds: float
+    tests: int = 1
+    environment: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,9 +85,15 @@ class WorkerDied(RtbenchError):
 
 
 class Worker:
-    """One worker process."""
+    """One worker process.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    environment : tuple of (str, str)
+        Variables that are set for it beside those of this process.
+    """
+
+    def __init__(self, environment: tuple[tuple[str, str], ...] = ()) -> None:
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "rtbench.measure.worker"],
@@ -85,6 +101,7 @@ class Worker:
             stdout=subprocess.PIPE,
             stderr=self._words,
             text=True,
+            env=os.environ | dict(environment),
         )
 
     def tell(self, message: dict) -> None:
@@ -145,7 +162,7 @@ def measure(
     launch : int
         0, one more at each resumption.
     first_worker : Worker, optional
-        One already started.
+        One already started, for cells that need no environment of their own.
 
     Raises
     ------
@@ -168,51 +185,73 @@ def measure(
             ]
         )
     ]
-    cost = [cell.count * cell.nanoseconds for cell in cells]
+    cost = [cell.count * cell.tests * cell.nanoseconds for cell in cells]
     total = sum(cost[i] * m for *_, todo in left for _, i, m in todo) or 1.0
     spent = 0.0
     spare = [first_worker] if first_worker else []
-    workers: dict[int, Worker] = {}
+    workers: dict[tuple[int, tuple], Worker] = {}
     try:
         for turn, process, todo in left:
-            if process not in workers:
-                workers[process] = spare.pop() if spare else Worker()
-                _prepare(workers[process], cells, arrays, plan, process)
-            workers[process].tell({"round": [[i, m] for _, i, m in todo]})
+            for environment in dict.fromkeys(cells[i].environment for _, i, _ in todo):
+                if (process, environment) not in workers:
+                    reused = spare and not environment
+                    worker = spare.pop() if reused else Worker(environment)
+                    workers[process, environment] = worker
+                    _prepare(worker, environment, cells, arrays, plan, process)
             rows = []
-            for position, i, repetitions in todo:
-                answer = workers[process].hear()
-                if isinstance(answer, dict):
-                    raise WrongAnswers(_wrong(cells[answer["wrong"]]))
-                rows.append(
-                    cells[i].key
-                    | {
-                        "process": process,
-                        "launch": launch,
-                        "round": turn,
-                        "position": position,
-                        "triangles": cells[i].count,
-                        "repetitions": repetitions,
-                        "tests": cells[i].count * repetitions,
-                        "ns": answer[1],
-                        "cpu_ns": answer[2],
-                    }
-                )
-                spent += cost[i] * repetitions
-                progress(spent / total)
+            # The order stays that of the round: each worker is told of its cells until another's.
+            for environment, run in itertools.groupby(todo, lambda t: cells[t[1]].environment):
+                run = list(run)
+                worker = workers[process, environment]
+                worker.tell({"round": [[i, m] for _, i, m in run]})
+                for position, i, repetitions in run:
+                    answer = worker.hear()
+                    if isinstance(answer, dict):
+                        raise WrongAnswers(_wrong(cells[answer["wrong"]]))
+                    rows.append(
+                        cells[i].key
+                        | {
+                            "process": process,
+                            "launch": launch,
+                            "round": turn,
+                            "position": position,
+                            "triangles": cells[i].count * cells[i].tests,
+                            "repetitions": repetitions,
+                            "tests": cells[i].count * repetitions * cells[i].tests,
+                            "ns": answer[1],
+                            "cpu_ns": answer[2],
+                        }
+                    )
+                    spent += cost[i] * repetitions
+                    progress(spent / total)
             sink(rows)
     finally:
         for worker in [*workers.values(), *spare]:
             worker.close()
 
 
-def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan, process: int) -> None:
+def _prepare(
+    worker: Worker,
+    environment: tuple[tuple[str, str], ...],
+    cells: list[Timed],
+    arrays: Arrays,
+    plan: Plan,
+    process: int,
+) -> None:
+    """Let a worker load those cells that its environment is for, and check their answers."""
+    own = [cell if cell.environment == environment else None for cell in cells]
+    named = {
+        name
+        for cell in filter(None, own)
+        for name in (cell.triangles, cell.rays, cell.pairs, *cell.expected)
+    }
     worker.tell(
         {
             "cpu": plan.cpu,
-            "arrays": arrays.paths,
+            "arrays": {name: path for name, path in arrays.paths.items() if name in named},
             "cells": [
-                {
+                cell
+                and {
                     "module": str(cell.instance.path),
                     "entry": cell.instance.entry,
                     "triangles": cell.triangles,
@@ -222,7 +261,7 @@ def _prepare(worker: Worker, cells: list[Timed], arrays: Arrays, plan: Plan, pro
                     "order": cell.order,
                     "seed": [plan.seed, process],
                 }
-                for cell in cells
+                for cell in own
             ],
         }
     )

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from rtbench.compiled.instantiate import instantiate
 from rtbench.compiled.layout import LAYOUTS, PRECISIONS
 from rtbench.compiled.loops import loop
+from rtbench.errors import RtbenchError
 from rtbench.kernels.registry import all_kernels
 
 KERNELS = all_kernels()
@@ -236,3 +238,37 @@ def test_other_code_is_another_module(tmp_path, switch):
     plain, switched, again = told
     assert plain[:2] == again[:2] and again[2] == "False"
     assert switched[0] != plain[0] and switched[1] != plain[1]
+
+
+FLAGGED = """
+source = "def entry(x, y):\\n    return (x + y) - x\\n"
+made = [instantiate(source, signature="float32(float32, float32)", flags=flags, title="t")
+        for flags in ("strict", "contract", "fast")]
+big, one = np.float32(2.0**30), np.float32(1.0)
+print(json.dumps([[each.call(big, one) for each in made], [each.path.name for each in made],
+                  [each.code_digest for each in made], made[0].path.read_text()]))
+"""
+
+
+def test_flags_are_in_the_code_and_in_the_digest(tmp_path):
+    """2^30 + 1 is 2^30 in single precision: only who computes as with real numbers finds 1."""
+    answers, names, codes, strict = fresh_process(FLAGGED, tmp_path)
+    assert answers == [0.0, 0.0, 1.0]
+    assert len(set(names)) == 3
+    assert codes[0] == codes[1] != codes[2]
+    assert "fastmath" not in strict
+
+
+def test_flags_reach_the_callees(tmp_path):
+    code = """
+helper = "def helper(x, y):\\n    return (x + y) - x\\n"
+entry = "def entry(x, y):\\n    return helper(x, y)\\n"
+made = instantiate(entry, signature="float32(float32, float32)", callees=(helper,), flags="fast")
+print(json.dumps(made.call(np.float32(2.0**30), np.float32(1.0))))
+"""
+    assert fresh_process(code, tmp_path) == 1.0
+
+
+def test_unknown_flags_are_told():
+    with pytest.raises(RtbenchError, match=r"flags 'fastmath'.*did you mean 'fast'"):
+        instantiate("def entry(x):\n    return x\n", signature="int64(int64)", flags="fastmath")

@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from rtbench.compiled import elsewhere, targets
 from rtbench.errors import RtbenchError, WrongAnswers
 from rtbench.experiments import density
 from rtbench.experiments.bench import Bench
@@ -25,10 +27,10 @@ TINY = Config(
 )
 
 
-def cell(repetitions: int, count: int = 5, **key) -> Timed:
+def cell(repetitions: int, count: int = 5, tests: int = 1, environment=(), **key) -> Timed:
     instance = SimpleNamespace(path="module", entry="entry")
     names = ("tri", "ray", "pairs", ("o", "t", "u", "v"))
-    return Timed(key, instance, *names, "repeat", count, repetitions, 1.0)
+    return Timed(key, instance, *names, "repeat", count, repetitions, 1.0, tests, environment)
 
 
 @pytest.fixture
@@ -44,7 +46,8 @@ def diary(monkeypatch):
     lines = []
 
     class Diarist:
-        def __init__(self):
+        def __init__(self, environment=()):
+            self.environment = environment
             self.number = sum(line[1] == "started" for line in lines)
             self.answers = []
             lines.append((self.number, "started", 0))
@@ -112,6 +115,143 @@ def test_what_is_done_is_not_done_again(diary, arrays):
         )
 
     assert taken(kept + rest) == taken(whole)
+
+
+def test_a_pair_may_stand_for_many_tests(diary, arrays):
+    """Three rays against 1,000 triangles each are 3,000 tests, and 100 times the work of 30."""
+    rows, shown = [], []
+    cells = [cell(1, count=3, tests=1000, kernel="a"), cell(10, count=3, kernel="b")]
+    measure(cells, arrays, Plan(1, 1, 1), rows.extend, shown.append)
+    done = {row["kernel"]: row for row in rows}
+    assert (done["a"]["tests"], done["b"]["tests"]) == (3000, 30)
+    assert (done["a"]["triangles"], done["b"]["triangles"]) == (3000, 3)
+    first = done["a"]["position"] == 0
+    assert shown == pytest.approx([3000 / 3030 if first else 30 / 3030, 1])
+
+
+OLD = (("NUMBA_CPU_NAME", "x86-64"), ("NUMBA_CPU_FEATURES", "+sse2"))
+
+
+def in_two_environments():
+    return [
+        cell(12, kernel=f"{name}{i}", environment=environment)
+        for i in range(3)
+        for name, environment in (("new", ()), ("old", OLD))
+    ]
+
+
+def test_an_environment_has_workers_of_its_own(diary, arrays, monkeypatch):
+    started = []
+
+    class Kept(session.Worker):
+        def __init__(self, environment=()):
+            super().__init__(environment)
+            self.cells = []
+            started.append(self)
+
+        def tell(self, message):
+            super().tell(message)
+            for i, told in enumerate(message.get("cells", ())):
+                self.cells += [i] if told else []
+
+        def hear(self):
+            answer = super().hear()
+            if isinstance(answer, list):
+                assert answer[0] in self.cells, "told to time another's cell"
+            return answer
+
+    monkeypatch.setattr(session, "Worker", Kept)
+    rows = []
+    first = Kept()
+    measure(in_two_environments(), arrays, Plan(2, 2, 1), rows.extend, first_worker=first)
+    assert Counter(worker.environment for worker in started) == {(): 2, OLD: 2}
+    assert all(w.cells == ([1, 3, 5] if w.environment else [0, 2, 4]) for w in started)
+    assert first.cells and len(rows) == 6 * 4
+    assert sum(line[1] == "closed" for line in diary) == 4
+    assert all(row["ns"] // 1000 == row["repetitions"] for row in rows)
+
+
+def test_environments_take_turns_in_the_order_of_the_round(diary, arrays):
+    """What is compared is measured interleaved, and nobody is started while another measures."""
+    rows = []
+    measure(in_two_environments(), arrays, Plan(2, 3, 1), rows.extend)
+    same = []
+    measure(
+        [cell(12, kernel=c.key["kernel"]) for c in in_two_environments()],
+        arrays,
+        Plan(2, 3, 1),
+        same.extend,
+    )
+    places = ("process", "round", "position", "kernel")
+    assert [[row[p] for p in places] for row in rows] == [[row[p] for p in places] for row in same]
+    busy = None
+    for worker, what, waiting in diary:
+        if what == "started":
+            assert busy is None, "started while another measures"
+        elif what == "told":
+            assert busy is None, "two workers at work"
+            busy = worker
+        elif what == "heard":
+            assert worker == busy
+            busy = None if waiting == 1 else busy
+
+
+def test_the_first_worker_is_not_taken_for_another_environment(diary, arrays):
+    first = session.Worker()
+    measure(
+        [cell(4, environment=OLD, kernel="a")],
+        arrays,
+        Plan(1, 1, 1),
+        lambda rows: None,
+        first_worker=first,
+    )
+    assert [line for line in diary if line[0] == 0] == [(0, "started", 0), (0, "closed", 0)]
+    assert (1, "closed", 0) in diary
+
+
+TWICE = """def twice(triangles, rays, first, second, outcome, t, u, v):
+    for a in range(first.shape[0]):
+        for b in range(second.shape[0]):
+            k = first[a] + second[b]
+            outcome[k] = 0
+            t[k] = triangles[k] * rays[k] + triangles[k]
+"""
+
+
+@pytest.fixture
+def twice(arrays):
+    """A cell of code for another processor, and what it must answer, found by numpy."""
+    if "x86-64" not in targets.runnable():
+        pytest.skip("not an x86-64 processor")
+    random = np.random.default_rng(1)
+    triangles, rays = random.random((2, 50), np.float32)
+    real = "float32[::1]"
+    signature = (
+        f"void({real}, {real}, uint64[::1], uint64[::1], int32[::1], {real}, {real}, {real})"
+    )
+    made = elsewhere.instantiate_for("x86-64", TWICE, signature=signature)
+    arrays.add("tri", triangles)
+    arrays.add("ray", rays)
+    arrays.add("pairs", np.arange(50, dtype=np.uint64))
+    arrays.add("o", np.zeros(50, np.int32))
+    arrays.add("t", triangles * rays + triangles)
+    for name in "uv":
+        arrays.add(name, np.zeros(0, np.float32))
+    elsewhere.close()
+    names = ("tri", "ray", "pairs", ("o", "t", "u", "v"))
+    return Timed({"kernel": "a"}, made, *names, "sweep", 50, 20, 1.0, environment=made.environment)
+
+
+def test_code_for_another_target_is_timed_in_its_environment(twice, arrays):
+    rows = []
+    measure([twice], arrays, Plan(2, 2, 1), rows.extend)
+    assert sum(row["tests"] for row in rows) == 50 * 20
+
+
+def test_code_for_another_target_is_not_taken_for_ones_own(twice, arrays):
+    """numba alone would compile it again, for the worker's own processor."""
+    with pytest.raises(WorkerDied, match="was made for x86-64"):
+        measure([replace(twice, environment=())], arrays, Plan(1, 1, 1), lambda rows: None)
 
 
 @pytest.fixture
@@ -248,6 +388,39 @@ def test_the_shuffled_order_tests_every_pair_as_often(bench, monkeypatch):
     before = seen[-1]
     cell.time(50)
     assert not np.array_equal(before, seen[-1])  # a sequence never comes again
+
+
+@pytest.mark.parametrize("missing", [(0,), (0, 4), (6, 0)])
+def test_a_packet_is_checked_in_every_lane(missing, monkeypatch):
+    from rtbench.measure import worker
+
+    spoiled = []
+
+    def call(triangles, rays, first, second, outcome, t, u, v):
+        assert outcome.flags.c_contiguous and t.flags.c_contiguous
+        assert u.shape == v.shape == missing
+        outcome[first], t[first] = arrays["o"][first], arrays["t"][first]
+        for place in spoiled:
+            t[place] += np.float32(1)
+
+    monkeypatch.setattr(worker, "load", lambda path, entry: SimpleNamespace(call=call))
+    lanes = np.arange(24).reshape(6, 4)
+    arrays = {
+        "tri": np.zeros(6),
+        "ray": np.zeros(6),
+        "pairs": np.array([4, 1, 3], np.uint64),
+        "none": np.zeros(missing, np.float32),
+        "o": lanes.astype(np.int32),
+        "t": np.asfortranarray(lanes.astype(np.float32)),
+    }
+    told = {"module": "m", "entry": "e", "triangles": "tri", "rays": "ray", "pairs": "pairs"}
+    told |= {"expected": ("o", "t", "none", "none"), "seed": [1, 0], "order": "repeat"}
+    cell = worker.Cell(told, arrays, {})
+    assert cell.time(2) is not None
+    spoiled[:] = [(2, 3)]  # no packet that is tested
+    assert cell.time(2) is not None
+    spoiled[:] = [(3, 2)]
+    assert cell.time(2) is None
 
 
 def test_a_worker_imports_nothing_heavy():
