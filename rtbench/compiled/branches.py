@@ -45,7 +45,7 @@ def branches(kernel: Kernel, triangles: np.ndarray, rays: np.ndarray) -> list[tu
     exec(compile(ast.fix_missing_locations(module), f"<branches {kernel.name}>", "exec"), names)
     with np.errstate(all="ignore"):  # a kernel may divide by zero and sort it out later
         for tri, ray in zip(_rows(triangles), _rows(rays), strict=True):
-            names[kernel.name](tri, ray)
+            names[kernel.name](tri, ray, *([ray.tmax] if kernel.takes_tmax else []))
     return [tuple(counts) for counts in ways.values()]
 
 

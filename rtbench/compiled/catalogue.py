@@ -21,7 +21,10 @@ def facts(kernel: Kernel) -> dict:
         "outputs": list(kernel.outputs),
         "precisions": list(kernel.precisions),
         "exact": kernel.exact,
+        "stored": kernel.stored,
+        "ending": kernel.ending and kernel.ending.name,
         "bytes_per_triangle": layout.bytes_per_triangle(kernel),
+        "bytes_per_triangle_padded": layout.bytes_per_triangle(kernel, "padded"),
         "operations": counts and {name: counts[name] for name in OPERATIONS},
         "vector_operations": counts and {name: counts[name] for name in VECTOR_OPERATIONS},
         "outcomes": list(kernel.outcomes),
@@ -35,9 +38,11 @@ def list_kernels() -> list[dict]:
     Returns
     -------
     list of dict
-        ``name``, ``method``, ``domain`` (line, ray, segment), ``outputs``, ``precisions``,
-        ``bytes_per_triangle`` (float32, own layout, packed), ``operations`` (add, sub, mul,
-        div, cond; None where no tree bounds them), ``source`` and more.
+        ``name``, ``method``, ``domain`` (line, ray, segment; None where a point is tested),
+        ``outputs``, ``precisions``, ``stored`` (none, normal, precomputed), ``ending`` (None for a
+        whole listing), ``bytes_per_triangle`` (float32, own layout, packed) and
+        ``bytes_per_triangle_padded`` (in rows of 16 bytes), ``operations`` (add, sub, mul, div,
+        cond; None where no tree bounds them), ``source`` and more.
     """
     return [facts(kernel) for kernel in registry.all_kernels().values()]
 

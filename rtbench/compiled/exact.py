@@ -15,9 +15,10 @@ from types import FunctionType, SimpleNamespace
 
 import numpy as np
 
-from rtbench.compiled import syntax
+from rtbench.compiled import preparation, syntax
 from rtbench.errors import RtbenchError
-from rtbench.kernels.contract import Kernel
+from rtbench.kernels.contract import TMAX, Kernel
+from rtbench.kernels.vectors import length
 
 EPSILON = Fraction(1, 2**10000)
 
@@ -54,6 +55,8 @@ def divide(a: Fraction, b: Fraction) -> Fraction | Undefined:
 def exact_form(kernel: Kernel) -> Callable:
     """Return the kernel as a function of rationals: ``f(tri, ray) -> (outcome, *outputs)``.
 
+    One that takes tmax takes ``ray.tmax``, a rational or infinity.
+
     Raises
     ------
     RtbenchError
@@ -61,20 +64,59 @@ def exact_form(kernel: Kernel) -> Callable:
     """
     if not kernel.exact:
         raise RtbenchError(f"kernel {kernel.name!r} has no exact form: it needs irrational numbers")
+    functions = [*syntax.helpers(kernel).values(), syntax.tree(kernel)]
+    function = _in_rationals(syntax.outside_names(kernel), functions)
+    if kernel.takes_tmax:
+        return lambda tri, ray: function(tri, ray, ray.tmax)
+    return function
+
+
+@functools.cache
+def exact_preparation(kernel: Kernel) -> Callable:
+    """Return a kernel's ``prepare`` as a function of rationals: ``f(tri) -> dict``.
+
+    Raises
+    ------
+    RtbenchError
+        From the function, where it stores what is no rational; `vectors.length` is 1 there.
+    """
+    prepare = kernel.prepare
+    functions = [*preparation.helpers(prepare).values(), preparation.tree(prepare)]
+    function = _in_rationals(preparation.outside_names(prepare), functions)
+
+    def prepared(tri: SimpleNamespace) -> dict[str, object]:
+        stored = function(tri)
+        for name, value in stored.items():
+            if any(isinstance(part, float) for part in np.ravel(np.array(value, dtype=object))):
+                raise RtbenchError(
+                    f"kernel {kernel.name!r} has no exact form: {prepare.__name__} stores an "
+                    f"irrational {name!r}; declare exact=False"
+                )
+        return stored
+
+    return prepared
+
+
+def _in_rationals(outside: dict[str, object], functions: list[ast.FunctionDef]) -> Callable:
+    """Return the last of some functions, made to compute with rationals."""
     names: dict[str, object] = {"divide": divide, "Fraction": Fraction}
-    for name, value in syntax.outside_names(kernel).items():
-        if isinstance(value, FunctionType):
-            continue
+    for name, value in outside.items():
         if name == "EPSILON":
             names[name] = EPSILON
         elif isinstance(value, float) and np.isnan(value):
             names[name] = UNDEFINED
-        else:
+        elif not isinstance(value, FunctionType):
             names[name] = _rational(value)
-    functions = [*syntax.helpers(kernel).values(), syntax.tree(kernel)]
     module = ast.Module([_Rational().visit(syntax.copy(f)) for f in functions], [])
-    exec(compile(ast.fix_missing_locations(module), f"<exact {kernel.name}>", "exec"), names)
-    return names[kernel.name]
+    name = functions[-1].name
+    exec(compile(ast.fix_missing_locations(module), f"<exact {name}>", "exec"), names)
+    names |= {called: _one for called, value in outside.items() if value is length}
+    return names[name]
+
+
+def _one(vector: tuple) -> Fraction:
+    """Return what a length is taken for: no sign depends on it, and it has no rational value."""
+    return Fraction(1)
 
 
 def _rational(value: object) -> object:
@@ -118,11 +160,14 @@ def exact_records(
         ``end`` is origin + direction, exactly.
     """
     v0, v1, v2, orig, direction = (_fractions(a) for a in (*vertices, origins, directions))
-    stored = {"v0": v0, "v1": v1, "v2": v2}
+    triangles = _rows({"v0": v0, "v1": v1, "v2": v2})
     if kernel.prepare is not None:
-        stored |= kernel.prepare(v0, v1, v2)
-    rays = {"orig": orig, "end": orig + direction, "dir": direction}
-    return _rows(stored), _rows(rays)
+        prepare = exact_preparation(kernel)
+        for triangle in triangles:
+            vars(triangle).update(prepare(triangle))
+    reach = np.full(len(orig), np.inf, dtype=object)
+    rays = {"orig": orig, "end": orig + direction, "dir": direction, TMAX: reach}
+    return triangles, _rows(rays)
 
 
 def _fractions(values: np.ndarray) -> np.ndarray:

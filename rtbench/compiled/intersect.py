@@ -66,13 +66,16 @@ def intersect(
     Returns
     -------
     Hits
-        A line kernel's hit outside (tmin, tmax) has hit False, outcome 0, and t, u, v NaN. A
-        kernel as printed promises nothing about NaN in its input.
+        A line kernel's hit outside (tmin, tmax) has hit False, outcome 0, and t, u, v NaN; a
+        kernel that refuses by distance itself gives its own code then. t, u, v are NaN too where
+        the kernel has none; one that tests a point takes ``origins`` for it. A kernel as printed
+        promises nothing about NaN in its input.
 
     Raises
     ------
     ValueError
-        For wrong shapes, an unknown kernel (with the nearest name) or precision.
+        For wrong shapes, an unknown kernel (with the nearest name) or precision; for a tmin other
+        than 0 where the kernel does not say where it hits.
     """
     try:
         chosen = kernel if isinstance(kernel, Kernel) else registry.find(str(kernel))
@@ -96,17 +99,23 @@ def intersect(
     try:
         with np.errstate(all="ignore"):  # what is no number, or too large, is the kernel's
             vertices = tuple(np.ascontiguousarray(triangles[:, i], dtype=data) for i in range(3))
-            records = fill(chosen, "own", precision, vertices, origins, directions)
+            limit = tmax if chosen.takes_tmax else None
+            records = fill(chosen, "own", precision, vertices, origins, directions, tmax=limit)
         compiled = loop(chosen, precision, "own")
     except RtbenchError as problem:
         raise ValueError(str(problem)) from None
-    outcome, t, u, v = run_once(compiled, chosen, precision, *records)
-    hit = outcome == HIT
-    # In float64, or numpy would round the limits to the precision of t.
-    inside = hit & (t > np.float64(tmin)) & (t < np.float64(tmax))
-    for values in (t, u, v):
-        values[~inside] = np.nan
-    return Hits(inside, outcome, t, u, v)
+    outcome, *values = run_once(compiled, chosen, precision, *records)
+    found = dict(zip(chosen.outputs, values, strict=False))
+    inside = outcome == HIT
+    if chosen.domain is not None and "t" in found:
+        # In float64, or numpy would round the limits to the precision of t.
+        inside &= (found["t"] > np.float64(tmin)) & (found["t"] < np.float64(tmax))
+    elif chosen.domain is not None and tmin != 0.0:
+        raise ValueError(f"kernel {chosen.name} returns no t: a tmin of {tmin} cannot be kept")
+    nothing = np.full(len(outcome), np.nan, dtype=REAL_TYPE[precision])
+    for each in values:
+        each[~inside] = np.nan
+    return Hits(inside, outcome, *(found.get(name, nothing).copy() for name in ("t", "u", "v")))
 
 
 def _checked(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
@@ -122,7 +131,9 @@ def _checked(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray
 def run_once(
     instance: Instance, kernel: Kernel, precision: str, triangles: np.ndarray, rays: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Test every pair once and return outcome (N,) int32 and t, u, v (N,).
+    """Test every pair once and return outcome (N,) int32 and three (N,) arrays.
+
+    Those hold the kernel's outputs in their order, NaN where it has fewer.
 
     Parameters
     ----------
@@ -130,10 +141,10 @@ def run_once(
         A loop over the kernel, from :func:`rtbench.compiled.loops.loop`.
     kernel, precision
         What it was made of.
-    triangles, rays : (N,) structured arrays
-        As :func:`rtbench.compiled.layout.fill` makes them.
+    triangles, rays : (T,) and (N,) structured arrays
+        As :func:`rtbench.compiled.layout.fill` makes them; T = N but for loops of kind nearest.
     """
-    n = len(triangles)
+    n = len(rays)
     outcome = np.full(n, -1, dtype=np.int32)
     t, u, v = (np.full(n, np.nan, dtype=REAL_TYPE[precision]) for _ in range(3))
     pairs, once = np.arange(n, dtype=np.uint64), np.zeros(1, dtype=np.uint64)

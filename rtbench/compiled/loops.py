@@ -8,38 +8,44 @@ and ``second`` the shuffled pairs, or a longer list in which each stands many ti
 
 from __future__ import annotations
 
-import ast
 import functools
-import re
-from types import FunctionType, ModuleType
 
 import numpy as np
 
 from rtbench.compiled import stages, syntax
-from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate
+from rtbench.compiled.elsewhere import instantiate_for
+from rtbench.compiled.instantiate import HEADER_NAMES, Instance
 from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE, record_types
 from rtbench.compiled.machine_code import instructions
+from rtbench.compiled.sources import dtype_source, named, outside
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import NO_T, ZERO, Kernel, kernel
 
 # Stand-ins for what each generated module puts at its top.
 REAL = np.float64
-RETURNS_UV = False
+TAKES_TMAX = SKIPS_NOTHING = RETURNS_T = RETURNS_THREE = False
 
 
-def test(tri, ray):  # the kernel
+def test(tri, ray, tmax):  # the kernel
     return 0, 0.0
+
+
+def one(tri, ray):  # the kernel over one pair
+    if TAKES_TMAX:
+        return test(tri, ray, ray.tmax)
+    return test(tri, ray)
 
 
 def nest(triangles, rays, first, second, outcome, t, u, v):
     for a in range(first.shape[0]):
         for b in range(second.shape[0]):
             k = first[a] + second[b]
-            result = test(triangles[k], rays[k])
+            result = one(triangles[k], rays[k])
             # Every output reaches memory: one that nobody reads would be optimised away.
             outcome[k] = result[0]
-            t[k] = result[1]
-            if RETURNS_UV:
+            if RETURNS_T:
+                t[k] = result[1]
+            if RETURNS_THREE:
                 u[k] = result[2]
                 v[k] = result[3]
 
@@ -52,16 +58,53 @@ def chain(triangles, rays, first, second, outcome, t, u, v):
     for a in range(first.shape[0]):
         for b in range(second.shape[0]):
             k = first[a] + second[b] + late
-            result = test(triangles[k], rays[k])
+            result = one(triangles[k], rays[k])
             late = np.uint64(result[1] < limit)
             outcome[k] = result[0]
             t[k] = result[1]
-            if RETURNS_UV:
+            if RETURNS_THREE:
                 u[k] = result[2]
                 v[k] = result[3]
 
 
-LOOPS = {"independent": nest, "dependent": chain}
+def nearest(triangles, rays, first, second, outcome, t, u, v):
+    for a in range(first.shape[0]):
+        for b in range(second.shape[0]):
+            k = first[a] + second[b]
+            hit = np.int32(-1)
+            tmax = rays[k].tmax
+            hit_u = hit_v = ZERO
+            for i in range(triangles.shape[0]):
+                if TAKES_TMAX:
+                    result = test(triangles[i], rays[k], tmax)
+                    nearer = result[0] == 0
+                else:
+                    result = test(triangles[i], rays[k])
+                    nearer = (result[0] == 0) & (result[1] > ZERO) & (result[1] < tmax)
+                if SKIPS_NOTHING:
+                    # Else the compiler would branch, and compute what only a hit needs after it.
+                    outcome[k] = result[0]
+                    t[k] = result[1]
+                    if RETURNS_THREE:
+                        u[k] = result[2]
+                        v[k] = result[3]
+                # tmax shrinks to each hit, and a tie is not nearer: it goes to the lower index.
+                if nearer:
+                    hit = np.int32(i)
+                    tmax = result[1]
+                    if RETURNS_THREE:
+                        hit_u = result[2]
+                        hit_v = result[3]
+            outcome[k] = hit
+            t[k] = tmax
+            if RETURNS_THREE:
+                u[k] = hit_u
+                v[k] = hit_v
+
+
+LOOPS = {"independent": nest, "dependent": chain, "nearest": nearest}
+PAIR_BY_PAIR = ("independent", "dependent")
+NEED_T = ("dependent", "nearest")
 
 
 @kernel(
@@ -82,6 +125,8 @@ def loop(
     layout: str = "shared",
     stage: str | None = None,
     kind: str = "independent",
+    target: str = "native",
+    flags: str = "strict",
 ) -> Instance:
     """Return the compiled loop over one kernel.
 
@@ -95,44 +140,41 @@ def loop(
     stage : str, optional
         Cut the kernel off where this stage ends.
     kind : str
-        ``independent`` tests, or ``dependent`` ones (each waits for the t of the one before).
+        ``independent`` tests, or ``dependent`` ones (each waits for the t of the one before), or
+        ``nearest``: each ray against all triangles in their order, tmax shrinking.
+    target, flags : str
+        What it is compiled for and what LLVM may do with floats: `rtbench.compiled.targets`,
+        `rtbench.compiled.instantiate.FLAGS`.
 
     Returns
     -------
     Instance
         ``call(triangles, rays, first, second, outcome, t, u, v)``: records as
         :func:`rtbench.compiled.layout.fill` makes them, uint64 indices (A,) and (B,), and the
-        outputs int32 (N,) and three arrays (N,) of the arithmetic's precision; u and v may be
-        of length 0 where the kernel does not return them. Runs A x B tests without the GIL.
+        outputs int32 (N,) and three arrays (N,) of the arithmetic's precision: the kernel's
+        outputs in their order, of length 0 those it does not return. Runs A x B tests without
+        the GIL. With ``nearest`` triangles are (T,), rays (N,), outcome is the index of the
+        triangle that is hit (-1: none), t is tmax where there is none, and A x B x T tests run.
     """
-    triangle, ray = record_types(chosen, layout, precision)
+    if kind in NEED_T and "t" not in chosen.outputs:
+        raise RtbenchError(f"kernel {chosen.name!r} returns no t: {kind} tests need one")
+    triangle, ray = record_types(chosen, layout, precision, keeps_tmax=kind == "nearest")
     function = syntax.tree(chosen) if stage is None else stages.cut(chosen, stage)
     entry = f"{chosen.name}_loop"
     constants = {
         "REAL": f"np.{REAL_TYPE[precision].__name__}",
-        "RETURNS_UV": str(chosen.outputs == ("t", "u", "v")),
-        "TRIANGLE": _dtype_source(triangle),
-        "RAY": _dtype_source(ray),
+        "TAKES_TMAX": str(chosen.takes_tmax),
+        "SKIPS_NOTHING": str(chosen.ending is not None and not chosen.ending.early),
+        "RETURNS_T": str(len(chosen.outputs) > 0),
+        "RETURNS_THREE": str(len(chosen.outputs) == 3),
+        "TRIANGLE": dtype_source(triangle),
+        "RAY": dtype_source(ray),
     }
-    taken = {*constants, *HEADER_NAMES, "test", entry}
-    callees = {}
-    for name, value in ({"ZERO": ZERO} | syntax.outside_names(chosen)).items():
-        if name in taken and not isinstance(value, ModuleType):
-            raise RtbenchError(
-                f"kernel {chosen.name!r} reads {name!r}, which the generated module needs for "
-                "itself: rename it"
-            )
-        if isinstance(value, FunctionType):
-            callees[name] = value
-        elif isinstance(value, ModuleType):
-            constants[name] = value.__name__.replace("numpy", "np")
-        else:
-            constants[name] = _constant_source(value)
-    if DATA_TYPE[precision] is REAL_TYPE[precision]:
-        sources = [
-            _named(syntax.typed(syntax.parse(value)), name) for name, value in callees.items()
-        ]
-    else:
+    taken = {*constants, *HEADER_NAMES, "test", "one", entry}
+    read = {"ZERO": ZERO} | syntax.outside_names(chosen)
+    told, functions = outside(f"kernel {chosen.name!r}", read, taken)
+    constants |= told
+    if DATA_TYPE[precision] is not REAL_TYPE[precision]:
         scalars = frozenset(
             name
             for dtype in (triangle, ray)
@@ -140,16 +182,18 @@ def loop(
             if dtype[name].kind == "f" and not dtype[name].shape
         )
         function = syntax.widened(function, scalars)
-        sources = [
-            _named(syntax.typed(syntax.widened(syntax.parse(value), scalars)), name)
-            for name, value in callees.items()
-        ]
+        functions = {name: syntax.widened(each, scalars) for name, each in functions.items()}
     what = f"{chosen.name} in {precision}, records: {layout}, tests: {kind}"
     real = constants["REAL"].removeprefix("np.")
     try:
-        return instantiate(
-            _named(syntax.parse(LOOPS[kind]), entry),
-            callees=(*sources, _named(syntax.typed(function), "test")),
+        return instantiate_for(
+            target,
+            named(syntax.parse(LOOPS[kind]), entry),
+            callees=(
+                *(named(syntax.typed(each), name) for name, each in functions.items()),
+                named(syntax.typed(function), "test"),
+                *([] if kind == "nearest" else [one]),
+            ),
             constants=constants,
             signature=(
                 "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], int32[::1], "
@@ -157,6 +201,7 @@ def loop(
             ),
             title=what if stage is None else f"{what}, cut off after {stage!r}",
             forceinline=True,
+            flags=flags,
         )
     except Exception as problem:
         from numba.core.errors import NumbaError  # numba is there by now; nobody else waits for it
@@ -166,25 +211,6 @@ def loop(
         lines = [line for line in str(problem).splitlines() if line.strip()]
         told = next((line for line in lines if not line.startswith("Failed in")), lines[0])
         raise RtbenchError(f"kernel {chosen.name!r} does not compile: {told}") from problem
-
-
-def _named(function: ast.FunctionDef, name: str) -> str:
-    return _renamed(ast.unparse(function) + "\n", name)
-
-
-def _renamed(source: str, name: str) -> str:
-    return re.sub(r"^def \w+", f"def {name}", source, count=1)
-
-
-def _dtype_source(dtype: np.dtype) -> str:
-    columns = [(name, dtype[name].base.str, dtype[name].shape) for name in dtype.names]
-    return f"from_dtype(np.dtype({columns!r}, align=True))"
-
-
-def _constant_source(value: float) -> str:
-    if isinstance(value, float):
-        return f"REAL({value!r})" if np.isfinite(value) else f"REAL('{value!r}')"
-    return repr(value)
 
 
 def machine_code(chosen: Kernel, precision: str, layout: str) -> str:

@@ -1,7 +1,8 @@
 """How many operations a kernel needs at most, counted in its own syntax tree.
 
 Counts follow Blecha 2007, tables 4.4, 4.6 and 4.8: the greatest number on any path through the
-code, one condition an ``if``, a unary minus is a subtraction, calls of helpers are inlined.
+code, one condition an ``if``, a unary minus is a subtraction, calls of helpers are inlined. What
+only touches a number's sign bit (FREE) is no arithmetic and is not counted.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from rtbench.kernels.contract import Kernel
 
 OPERATIONS = ("add", "sub", "mul", "div", "cond")
 VECTOR_OPERATIONS = ("differences", "crosses", "dots")
+FREE = ("abs", "flipped", "sign_bit")
 _KINDS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}
 _LOOPS = (ast.For, ast.While, ast.comprehension)
 
@@ -32,8 +34,8 @@ def operations(kernel: Kernel) -> Counts | None:
         None for a kernel with loops, whose paths no tree bounds.
     """
     helpers = syntax.helpers(kernel)
-    nodes = [syntax.tree(kernel), *helpers.values()]
-    if any(isinstance(n, _LOOPS) for node in nodes for n in ast.walk(node)):
+    functions = [syntax.tree(kernel), *helpers.values()]
+    if any(isinstance(n, _LOOPS) for function in functions for n in syntax.nodes(function)):
         return None
     return _greatest(syntax.tree(kernel).body, helpers)
 
@@ -80,15 +82,19 @@ def _plus(a: Path, b: Path) -> Path:
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def _expressions(statement: ast.stmt) -> Iterator[ast.expr]:
-    """Yield the expressions that a statement itself evaluates (an ``if``: its test)."""
-    for _, value in ast.iter_fields(statement):
-        for item in value if isinstance(value, list) else [value]:
-            if isinstance(item, ast.expr):
-                yield item
+def _expressions(node: ast.AST) -> Iterator[ast.expr]:
+    """Yield the expressions that a statement itself evaluates (an ``if``: its test), or a part."""
+    for part in node._fields:
+        inside = getattr(node, part, None)
+        if isinstance(inside, list):
+            yield from (each for each in inside if isinstance(each, (ast.expr, ast.keyword)))
+        elif isinstance(inside, ast.expr):
+            yield inside
 
 
-def _count(node: ast.AST, into: Counts, helpers: dict[str, ast.FunctionDef]) -> None:
+def _count(node: ast.expr, into: Counts, helpers: dict[str, ast.FunctionDef]) -> None:
+    if isinstance(node, (ast.Name, ast.Constant)):
+        return
     if isinstance(node, ast.IfExp):
         into["cond"] += 1
         _count(node.test, into, helpers)
@@ -103,11 +109,16 @@ def _count(node: ast.AST, into: Counts, helpers: dict[str, ast.FunctionDef]) -> 
         into["dots"] += _is_dot(node)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         into["sub"] += 1
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in helpers:
+    called = node.func.id if _is_call(node) else None
+    if called in helpers and called not in FREE:
         for name, count in _greatest(helpers[node.func.id].body, helpers).items():
             into[name] += count
-    for child in ast.iter_child_nodes(node):
+    for child in _expressions(node):
         _count(child, into, helpers)
+
+
+def _is_call(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
 
 
 def _is_product(node: ast.expr) -> bool:

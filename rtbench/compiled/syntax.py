@@ -8,12 +8,13 @@ import functools
 import inspect
 import textwrap
 from collections.abc import Callable
+from copy import copy as shallow
 from types import FunctionType, ModuleType
 
+from rtbench.compiled.weave import INSTEAD, names, nodes, woven
 from rtbench.errors import RtbenchError
-from rtbench.kernels.contract import Kernel
+from rtbench.kernels.contract import ARGUMENTS, Kernel
 
-ARGUMENTS = ("tri", "ray")
 MODULES = ("numpy", "math")
 
 
@@ -29,26 +30,53 @@ def tree(kernel: Kernel) -> ast.FunctionDef:
     RtbenchError
         Where the function does not return what it declares.
     """
-    function = parse(kernel.function)
-    function.name = kernel.name
-    count = 1 + len(kernel.outputs)
-    returns = [node for node in ast.walk(function) if isinstance(node, ast.Return)]
-    for node in returns:
-        if not isinstance(node.value, ast.Tuple) or len(node.value.elts) < count:
-            raise RtbenchError(
-                f"kernel {kernel.name!r} must return its outcome, {', '.join(kernel.outputs)}; "
-                f"it has {ast.unparse(node)!r}"
-            )
-        node.value.elts = node.value.elts[:count]
-    if not returns:
+    if kernel.ending is None:
+        function = parse(kernel.function)
+    else:
+        instead = kernel.outputs if kernel.outputs in INSTEAD else None
+        function = _woven(kernel.function, kernel.ending, instead)
+    body = _returning(kernel, function.body)
+    if not any(isinstance(node, ast.Return) for node in nodes(function)):
         raise RtbenchError(f"kernel {kernel.name!r} returns nothing")
-    function.body, _ = needed(function.body, set())
-    return function
+    body, _ = needed(body, set())
+    return ast.FunctionDef(kernel.name, function.args, body, [], lineno=1)
+
+
+@functools.cache
+def _woven(function: Callable, ending: object, instead: tuple[str, ...] | None) -> ast.FunctionDef:
+    """Return a method with an ending, the same for all of t, u and v; not to be changed."""
+    return woven(parse(function), parse(ending.text), ending, instead)
+
+
+def _returning(kernel: Kernel, body: list[ast.stmt]) -> list[ast.stmt]:
+    """Return statements with no more than the declared outputs; the ones given stay as they are."""
+    found = []
+    for statement in body:
+        if isinstance(statement, ast.Return):
+            count = 1 + len(kernel.outputs)
+            values = getattr(statement.value, "elts", [])
+            if not isinstance(statement.value, ast.Tuple) or len(values) < count:
+                raise RtbenchError(
+                    f"kernel {kernel.name!r} must return its outcome, "
+                    f"{', '.join(kernel.outputs)}; it has {ast.unparse(statement)!r}"
+                )
+            statement = ast.Return(ast.Tuple(values[:count], ast.Load()))
+        elif hasattr(statement, "body"):
+            statement = shallow(statement)
+            statement.body = _returning(kernel, statement.body)
+            statement.orelse = _returning(kernel, getattr(statement, "orelse", []))
+        found.append(statement)
+    return found
+
+
+@functools.cache
+def _source(function: Callable) -> str:
+    return textwrap.dedent(inspect.getsource(function))
 
 
 def parse(function: Callable) -> ast.FunctionDef:
     """Return the syntax of a plain function without its decorators and docstring."""
-    node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    node = ast.parse(_source(function)).body[0]
     if not isinstance(node, ast.FunctionDef):
         raise RtbenchError(f"{function!r} is no plain function (def ...)")
     node.decorator_list = []
@@ -81,17 +109,17 @@ def needed(body: list[ast.stmt], after: set[str]) -> tuple[list[ast.stmt], set[s
     kept: list[ast.stmt] = []
     live = set(after)
     for statement in reversed(body):
-        stores = stored(statement)
+        reads, stores = names(statement)
         if isinstance(statement, ast.Return):
-            kept, live = [], read(statement)
+            kept, live = [], reads
         elif isinstance(statement, ast.Assign):
             if stores and not stores & live:
                 continue
-            live = live - stores | read(statement)
+            live = live - stores | reads
         elif isinstance(statement, ast.AugAssign):
             if stores and not stores & live:
                 continue
-            live = live | read(statement)
+            live = live | reads
         elif isinstance(statement, ast.If):
             body_kept, body_live = needed(statement.body, live)
             else_kept, else_live = needed(statement.orelse, live)
@@ -100,66 +128,83 @@ def needed(body: list[ast.stmt], after: set[str]) -> tuple[list[ast.stmt], set[s
             statement = ast.If(statement.test, body_kept or [ast.Pass()], else_kept)
             live = body_live | else_live | read(statement.test)
         else:  # a loop may read in its next round what it stores in this one: all of it stays
-            live = live | read(statement)
+            live = live | reads
         kept.insert(0, statement)
     return kept, live
 
 
 def read(node: ast.AST) -> set[str]:
     """Return the names that a piece of syntax reads."""
-    names = (n for n in ast.walk(node) if isinstance(n, ast.Name))
-    return {n.id for n in names if isinstance(n.ctx, ast.Load)}
+    return names(node)[0]
 
 
 def stored(node: ast.AST) -> set[str]:
     """Return the names that a piece of syntax assigns."""
-    names = (n for n in ast.walk(node) if isinstance(n, ast.Name))
-    return {n.id for n in names if isinstance(n.ctx, ast.Store)}
+    return names(node)[1]
 
 
+@functools.cache
 def outside_names(kernel: Kernel) -> dict[str, object]:
     """Return what a kernel and its helpers read from their modules: names and values.
 
-    Functions stand after those that they call.
+    Functions stand after those that they call. Treat the dict as read-only.
 
     Raises
     ------
     RtbenchError
         For a name that is not there, or a value that cannot be put into a module.
     """
+    around = kernel.function.__globals__
+    if kernel.ending is not None:
+        around = kernel.ending.text.__globals__ | around
+    return gathered(f"kernel {kernel.name!r}", tree(kernel), around, kernel.function)
+
+
+def gathered(
+    what: str, function: ast.FunctionDef, around: dict, called: Callable
+) -> dict[str, object]:
+    """Return what a function and its helpers read from their modules; see `outside_names`.
+
+    Parameters
+    ----------
+    what : str
+        The function, for an error.
+    function : ast.FunctionDef
+    around : dict
+        The names of its module.
+    called : callable
+        The function itself, which may not call itself.
+    """
     found: dict[str, object] = {}
 
-    def gather(node: ast.FunctionDef, function: Callable, callers: tuple[Callable, ...]) -> None:
-        own = stored(node) | {argument.arg for argument in node.args.args}
-        for name in sorted(read(node) - own):
-            if name not in function.__globals__:
+    def gather(node: ast.FunctionDef, around: dict, callers: tuple[Callable, ...]) -> None:
+        reads, own = names(node)
+        for name in sorted(reads - own - {argument.arg for argument in node.args.args}):
+            if name not in around:
                 if hasattr(builtins, name):
                     continue
-                raise RtbenchError(f"kernel {kernel.name!r} reads {name!r}, which is not defined")
-            value = function.__globals__[name]
+                raise RtbenchError(f"{what} reads {name!r}, which is not defined")
+            value = around[name]
             if name in found:
                 if found[name] is not value and found[name] != value:
-                    raise RtbenchError(
-                        f"kernel {kernel.name!r} reads two different {name!r}: rename one of them"
-                    )
+                    raise RtbenchError(f"{what} reads two different {name!r}: rename one of them")
                 continue
             if isinstance(value, FunctionType):
                 if value in callers:
-                    raise RtbenchError(f"kernel {kernel.name!r}: {name!r} calls itself")
-                gather(parse(value), value, (*callers, value))
+                    raise RtbenchError(f"{what}: {name!r} calls itself")
+                gather(parse(value), value.__globals__, (*callers, value))
             elif not _is_allowed(value):
-                what = (
+                kind = (
                     f"module {value.__name__!r}"
                     if isinstance(value, ModuleType)
                     else f"{name!r} of type {type(value).__name__}"
                 )
                 raise RtbenchError(
-                    f"kernel {kernel.name!r} reads {what}: "
-                    "numbers, plain functions, numpy and math are allowed"
+                    f"{what} reads {kind}: numbers, plain functions, numpy and math are allowed"
                 )
             found[name] = value
 
-    gather(tree(kernel), kernel.function, (kernel.function,))
+    gather(function, around, (called,))
     return found
 
 
@@ -169,36 +214,42 @@ def _is_allowed(value: object) -> bool:
     return isinstance(value, (bool, int, float))
 
 
+@functools.cache
 def helpers(kernel: Kernel) -> dict[str, ast.FunctionDef]:
-    """Return the syntax of the plain functions that a kernel calls, callees first."""
+    """Return the syntax of the plain functions that a kernel calls, callees first; read-only."""
     found = {k: parse(v) for k, v in outside_names(kernel).items() if isinstance(v, FunctionType)}
     for name, function in found.items():
         function.name = name
     return found
 
 
+@functools.cache
 def fields(kernel: Kernel) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the fields of the triangle and of the ray that a kernel reads."""
     fields_read: dict[str, list[str]] = {"tri": [], "ray": []}
-    for node in (tree(kernel), *helpers(kernel).values()):
-        _must_keep_names(kernel, node)
-        for attribute in ast.walk(node):
-            if isinstance(attribute, ast.Attribute) and isinstance(attribute.value, ast.Name):
+    for function in (tree(kernel), *helpers(kernel).values()):
+        whole = nodes(function)
+        attributes = [node for node in whole if isinstance(node, ast.Attribute)]
+        _must_keep_names(kernel, function, whole, attributes)
+        for attribute in attributes:
+            if isinstance(attribute.value, ast.Name):
                 names = fields_read.get(attribute.value.id)
                 if names is not None and attribute.attr not in names:
                     names.append(attribute.attr)
     return tuple(fields_read["tri"]), tuple(fields_read["ray"])
 
 
-def _must_keep_names(kernel: Kernel, function: ast.FunctionDef) -> None:
+def _must_keep_names(
+    kernel: Kernel, function: ast.FunctionDef, whole: list[ast.AST], attributes: list[ast.Attribute]
+) -> None:
     """Refuse tri or ray under another name: their fields would be read unseen."""
     known = {name: [a.arg for a in helper.args.args] for name, helper in helpers(kernel).items()}
-    fine = {n.value for n in ast.walk(function) if isinstance(n, ast.Attribute)}
-    for call in (n for n in ast.walk(function) if isinstance(n, ast.Call)):
+    fine = {attribute.value for attribute in attributes}
+    for call in (n for n in whole if isinstance(n, ast.Call)):
         parameters = known.get(call.func.id, []) if isinstance(call.func, ast.Name) else []
         pairs = zip(parameters, call.args, strict=False)
         fine |= {arg for name, arg in pairs if isinstance(arg, ast.Name) and arg.id == name}
-    for name in (n for n in ast.walk(function) if isinstance(n, ast.Name)):
+    for name in (n for n in whole if isinstance(n, ast.Name)):
         if name.id in ARGUMENTS and name not in fine:
             raise RtbenchError(
                 f"kernel {kernel.name!r} gives {name.id} another name in line {name.lineno} of "

@@ -3,6 +3,7 @@
 A kernel reads fields of ``tri`` and ``ray`` as the published listings do
 (``tri.v0[0]``, ``ray.dir[tri.i1]``), uses the names ZERO, ONE, EPSILON instead
 of literals, and returns its outcome code (0 is a hit) followed by its outputs.
+One that also takes ``tmax`` refuses by distance itself: it hits where 0 < t < tmax.
 From this source come float32, float64, mixed and exact arithmetic, operation
 counts, stages, records and packets: see ``rtbench/compiled``.
 """
@@ -23,6 +24,23 @@ EPSILON = 0.000001  # Blecha 2007, 4.5: "EPSILON = 0.000001", absolute, as print
 NO_T = math.nan  # an output of a test that did not hit
 
 HIT = 0
+
+ARGUMENTS = ("tri", "ray")
+TMAX = "tmax"
+
+STORED = {
+    "none": "the three vertices alone",
+    "normal": "the vertices and the triangle's normal or plane",
+    "precomputed": "numbers made for the test, in place of the vertices",
+}
+# What a kernel can be asked for; hit is the outcome code alone.
+OUTPUTS = {
+    "hit": (),
+    "t": ("t",),
+    "uv": ("t", "u", "v"),
+    "point": ("x", "y", "z"),
+    "normal": ("nx", "ny", "nz"),
+}
 
 DOMAINS = {
     "line": "the whole line: a hit may have t < 0",
@@ -53,23 +71,39 @@ class Kernel:
     source : str
         Author, year, section.
     prepare : callable or None
-        ``prepare(v0, v1, v2) -> dict`` of the stored fields beside the vertices, (N, 3)
-        arrays in, (N, ...) arrays out, in the dtype that comes in.
+        ``prepare(tri)`` of a triangle with v0, v1, v2: plain Python like the kernels, which ends
+        in ``return {"field": ...}``, the fields stored beside the vertices: a number, a tuple of
+        numbers, or an axis (a whole number). See ``rtbench/compiled/preparation.py``.
     exact : bool
         Whether rational arithmetic decides the test (no roots, no arccos).
+    stored : str
+        What is known of a triangle beforehand, one of STORED.
+    ending : Ending or None
+        How a method of pieces ends (`rtbench.kernels.endings`); None for a whole listing.
     """
 
     name: str
     function: Callable
     title: str
     method: str
-    domain: str
+    domain: str | None
     outcomes: tuple[str, ...]
     outputs: tuple[str, ...]
     source: str
     prepare: Callable | None = None
     exact: bool = True
     precisions: tuple[str, ...] = field(default=("float32", "float64", "mixed"))
+    stored: str = "none"
+    ending: object = None
+
+    @property
+    def takes_tmax(self) -> bool:
+        """Whether it refuses by distance itself."""
+        return self.ending.takes_tmax if self.ending else _takes_tmax(self.function)
+
+
+def _takes_tmax(function: Callable) -> bool:
+    return list(inspect.signature(function).parameters) == [*ARGUMENTS, TMAX]
 
 
 def kernel(
@@ -82,6 +116,7 @@ def kernel(
     source: str,
     prepare: Callable | None = None,
     exact: bool = True,
+    stored: str | None = None,
 ) -> Callable[[Callable], Callable]:
     """Declare the function below to be a kernel named as the function.
 
@@ -90,8 +125,9 @@ def kernel(
 
     Parameters
     ----------
-    title, method, domain, outcomes, outputs, source, prepare, exact
-        As in :class:`Kernel`.
+    title, method, domain, outcomes, outputs, source, prepare, exact, stored
+        As in :class:`Kernel`; what is prepared beside the vertices counts as ``normal`` unless
+        said otherwise.
 
     Returns
     -------
@@ -109,13 +145,16 @@ def kernel(
         raise ValueError(f"outputs {outputs!r}: allowed are ('t',) and ('t', 'u', 'v')")
     if not 2 <= len(outcomes) <= 100:
         raise ValueError(f"outcomes {outcomes!r}: a hit and at least one way to miss")
+    if stored not in (None, *STORED):
+        raise ValueError(f"stored {stored!r}: allowed are {', '.join(STORED)}")
 
     def declare(function: Callable) -> Callable:
-        if list(inspect.signature(function).parameters) != ["tri", "ray"]:
-            raise ValueError(f"kernel {function.__name__!r} must take (tri, ray)")
         name = function.__name__
-        if not re.fullmatch(r"[a-z0-9_]+", name):
-            raise ValueError(f"kernel name {name!r}: only a-z, 0-9 and _ are allowed")
+        if list(inspect.signature(function).parameters) not in ([*ARGUMENTS], [*ARGUMENTS, TMAX]):
+            raise ValueError(f"kernel {name!r} must take (tri, ray) or (tri, ray, tmax)")
+        if _takes_tmax(function) and domain != "ray":
+            raise ValueError(f"kernel {name!r} takes tmax: its domain is ray, not {domain!r}")
+        check_name(name)
         function.kernels = tuple(
             Kernel(
                 name + suffix,
@@ -128,6 +167,7 @@ def kernel(
                 source,
                 prepare,
                 exact,
+                stored=stored or ("normal" if prepare else "none"),
             )
             for suffix, what, returned in (
                 ("", "", ("t",)),
@@ -137,3 +177,9 @@ def kernel(
         return function
 
     return declare
+
+
+def check_name(name: str) -> None:
+    """Raise ValueError for a name that cannot be a kernel's."""
+    if not re.fullmatch(r"[a-z0-9_]+", name):
+        raise ValueError(f"kernel name {name!r}: only a-z, 0-9 and _ are allowed")

@@ -1,7 +1,13 @@
-"""Which kernels there are: those of this folder, and those of a file that a user names."""
+"""Which kernels there are: those of this folder, and those of a file that a user names.
+
+Beside them each method of pieces can be asked for other outputs: ``NAME_hit``, ``NAME_point`` and
+``NAME_normal`` are made when they are asked for, and not listed.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+import difflib
 import fnmatch
 import functools
 import importlib.util
@@ -11,7 +17,8 @@ from pathlib import Path
 
 import rtbench.kernels
 from rtbench.errors import RtbenchError, unknown
-from rtbench.kernels.contract import Kernel
+from rtbench.kernels.contract import OUTPUTS, Kernel
+from rtbench.kernels.endings import gives_normal
 
 EMPTY = "empty"  # the loop without a kernel has this name in every record
 
@@ -25,8 +32,44 @@ def all_kernels() -> dict[str, Kernel]:
     return found
 
 
+def derived(kernel: Kernel) -> dict[str, Kernel]:
+    """Return the forms of a kernel with other outputs, by name; none of a whole listing.
+
+    ``NAME_hit`` returns the outcome alone, ``NAME_point`` the point O + t D, and ``NAME_normal``,
+    where the method's pieces give one, a normal of the triangle, of any length. A listed kernel of
+    such a name goes first: ``kensler_shirley_normal`` is the method that stores its normal.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        A form that returns t alone; others have none.
+    """
+    if kernel.ending is None or kernel.outputs != OUTPUTS["t"]:
+        return {}
+    told = {"hit": "whether it hits alone"}
+    if kernel.ending.takes_tmax:
+        told["point"] = "with the point"
+        if gives_normal(kernel.function):
+            told["normal"] = "with the normal"
+    return {
+        f"{kernel.name}_{output}": dataclasses.replace(
+            kernel,
+            name=f"{kernel.name}_{output}",
+            title=f"{kernel.title}, {what}",
+            outputs=OUTPUTS[output],
+        )
+        for output, what in told.items()
+        if f"{kernel.name}_{output}" not in all_kernels()
+    }
+
+
+@functools.cache
+def _all_derived() -> dict[str, Kernel]:
+    return {name: form for each in all_kernels().values() for name, form in derived(each).items()}
+
+
 def find(name: str) -> Kernel:
-    """Return the kernel of that name, or of ``FILE.py:NAME``.
+    """Return the kernel of that name, or of ``FILE.py:NAME``; see `derived` for other outputs.
 
     Raises
     ------
@@ -36,9 +79,14 @@ def find(name: str) -> Kernel:
     if ".py:" in name:
         path, _, inside = name.rpartition(":")
         return _from_file(Path(path), inside)
-    if name not in all_kernels():
-        raise RtbenchError(unknown("kernel", name, all_kernels()))
-    return all_kernels()[name]
+    if name in all_kernels():
+        return all_kernels()[name]
+    if name in _all_derived():
+        return _all_derived()[name]
+    near = difflib.get_close_matches(name.lower(), [*all_kernels(), *_all_derived()], 1, 0.5)
+    if near and near[0] in _all_derived():  # their names would only lengthen the list
+        raise RtbenchError(f"unknown kernel {name!r}; did you mean {near[0]!r}?")
+    raise RtbenchError(unknown("kernel", name, all_kernels()))
 
 
 def select(patterns: list[str] | tuple[str, ...]) -> list[Kernel]:
@@ -83,11 +131,14 @@ def _from_file(path: Path, name: str) -> Kernel:
             f"kernel file {str(path)!r} declares no kernel: "
             "put @kernel(...) of rtbench.kernels.contract above the function"
         )
-    if name not in declared:
+    forms = declared | {
+        form: made for each in declared.values() for form, made in derived(each).items()
+    }
+    if name not in forms:
         raise RtbenchError(unknown(f"kernel of {path.name}", name, declared))
     if name in all_kernels() or name == EMPTY:
         raise RtbenchError(f"kernel {name!r} of {path.name} has the name of a built-in one")
-    return declared[name]
+    return forms[name]
 
 
 def _declared(module) -> dict[str, Kernel]:

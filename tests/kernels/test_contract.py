@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rtbench.kernels.contract import DOMAINS, HIT, ONE, kernel
+from rtbench.kernels.contract import DOMAINS, HIT, ONE, STORED, kernel
 from rtbench.kernels.registry import all_kernels
 
 
@@ -69,10 +69,19 @@ def test_names_of_functions_and_arguments():
 
 
 @pytest.mark.parametrize("name", all_kernels())
-def test_a_kernel_is_plain_python(name):
+def test_what_is_declared(name):
+    chosen = all_kernels()[name]
+    assert chosen.name == name and chosen.outcomes[HIT] == "hit" and chosen.source
+    assert chosen.domain in (*DOMAINS, None) and chosen.stored in STORED
+    assert (chosen.domain == "ray") == chosen.takes_tmax
+    assert (chosen.stored == "none") == (chosen.prepare is None)
+
+
+@pytest.mark.parametrize("name", [n for n, k in all_kernels().items() if k.ending is None])
+def test_a_listing_is_plain_python(name):
     """The line along z through the point u = 0.25, v = 0.5 of a triangle in the plane z = 1."""
     chosen = all_kernels()[name]
-    assert chosen.domain in DOMAINS and chosen.outcomes[HIT] == "hit" and chosen.source
+    tmax = (5.0,) if chosen.takes_tmax else ()
     tri = SimpleNamespace(
         v0=(0.0, 0.0, 1.0),
         v1=(4.0, 0.0, 1.0),
@@ -84,8 +93,8 @@ def test_a_kernel_is_plain_python(name):
         i2=1,
     )
     ray = SimpleNamespace(orig=(1.0, 2.0, -1.0), end=(1.0, 2.0, 1.0), dir=(0.0, 0.0, 2.0))
-    assert chosen.function(tri, ray) == (HIT, 1.0, 0.25, 0.5)
+    assert chosen.function(tri, ray, *tmax) in ((HIT, 1.0, 0.25, 0.5), (HIT, 1.0))
     ray = SimpleNamespace(orig=(9.0, 9.0, -1.0), end=(9.0, 9.0, 1.0), dir=(0.0, 0.0, 2.0))
-    outcome, *outputs = chosen.function(tri, ray)
+    outcome, _, *weights = chosen.function(tri, ray, *tmax)
     assert 0 < outcome < len(chosen.outcomes)
-    assert math.isnan(outputs[1]) and math.isnan(outputs[2])
+    assert all(map(math.isnan, weights))

@@ -133,7 +133,9 @@ def libraries(tmp_path_factory):
 
 
 def test_every_kernel_has_a_listing():
-    assert {name for name, *_ in DIGESTS} == set(all_kernels())
+    """Methods of pieces are printed as formulas, not as code; so is the angle sum."""
+    listings = {name for name, kernel in all_kernels().items() if kernel.ending is None}
+    assert {name for name, *_ in DIGESTS} == listings - {"angle_sum"}
 
 
 @pytest.mark.parametrize(("name", "precision", "generator"), DIGESTS)
@@ -183,7 +185,7 @@ def test_badouel_tells_t_wherever_it_has_one(precision, generator):
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         made = built(Path(folder))
-        for name in all_kernels():
+        for name in dict.fromkeys(name for name, *_ in DIGESTS):
             for precision in REAL:
                 for generator in WORKLOADS:
                     found = digest(*in_c(made[precision], name, precision, generator))

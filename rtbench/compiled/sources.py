@@ -1,0 +1,76 @@
+"""Parts of generated modules as text: functions, records, and the numbers at the top."""
+
+from __future__ import annotations
+
+import ast
+import re
+from types import FunctionType, ModuleType
+
+import numpy as np
+
+from rtbench.compiled import syntax
+from rtbench.errors import RtbenchError
+
+
+def named(function: ast.FunctionDef, name: str) -> str:
+    """Return the source of a function under another name."""
+    return re.sub(r"^def \w+", f"def {name}", ast.unparse(function) + "\n", count=1)
+
+
+def dtype_source(dtype: np.dtype) -> str:
+    """Return the source of a record as numba takes it."""
+    fields = {
+        "names": list(dtype.names),
+        "formats": [(dtype[name].base.str, dtype[name].shape) for name in dtype.names],
+        "offsets": [dtype.fields[name][1] for name in dtype.names],
+        "itemsize": dtype.itemsize,
+    }
+    return f"from_dtype(np.dtype({fields!r}, align=True))"
+
+
+def constant_source(value: float) -> str:
+    """Return the source of a number: what is no whole number, in REAL."""
+    if isinstance(value, float):
+        return f"REAL({value!r})" if np.isfinite(value) else f"REAL('{value!r}')"
+    return repr(value)
+
+
+def outside(
+    what: str, found: dict[str, object], taken: set[str]
+) -> tuple[dict[str, str], dict[str, ast.FunctionDef]]:
+    """Split what a function reads from its module into constants and functions.
+
+    Parameters
+    ----------
+    what : str
+        The function, for an error.
+    found : dict
+        As `rtbench.compiled.syntax.outside_names` finds it.
+    taken : set of str
+        Names that the generated module needs for itself.
+
+    Returns
+    -------
+    constants : dict of str to str
+        Names and the source text of their values.
+    functions : dict of str to ast.FunctionDef
+        Names and syntax, callees first.
+
+    Raises
+    ------
+    RtbenchError
+        For a name that is taken.
+    """
+    constants, functions = {}, {}
+    for name, value in found.items():
+        if name in taken and not isinstance(value, ModuleType):
+            raise RtbenchError(
+                f"{what} reads {name!r}, which the generated module needs for itself: rename it"
+            )
+        if isinstance(value, FunctionType):
+            functions[name] = syntax.parse(value)
+        elif isinstance(value, ModuleType):
+            constants[name] = value.__name__.replace("numpy", "np")
+        else:
+            constants[name] = constant_source(value)
+    return constants, functions
