@@ -18,7 +18,9 @@ COMMANDS = {
     "machine": "What am I running on, and is it quiet enough to measure?",
     "table": "Print a run as tables.",
     "plot": "Draw a run's plots.",
+    "roofline": "What bounds each kernel of a run, and what it reaches of that.",
     "diff": "Compare runs.",
+    "advise": "Which kernel to take, by what was measured here.",
 }
 
 

@@ -13,7 +13,8 @@ EXAMPLES = """\b
 Examples:
   rtbench reproduce 4.5
   rtbench reproduce 4.2 --quick
-  rtbench reproduce blecha --quick
+  rtbench reproduce 5.1.2
+  rtbench reproduce havel --quick
 """
 
 
@@ -37,14 +38,14 @@ Examples:
 def command(table, quick, orders, processes, samples, cpu, label, out, form, quiet):
     """Repeat TABLE of a thesis and print its numbers and ours side by side.
 
-    TABLE is a table of Blecha 2007 (4.1 to 4.10), "stages" (its section 4.4), or "blecha": all of
-    them, and then the statements of its chapter 4, each confirmed, refuted or not resolved on this
-    machine, with the number that decides.
+    TABLE is a table of Blecha 2007 (4.1 to 4.10) or "stages" (its section 4.4); an illustration of
+    Havel 2008 by its section (5.1.1 to 5.5), "order", "compilers" or "break-even"; or "blecha" or
+    "havel": all of that thesis, and then its statements, each confirmed, refuted or not resolved
+    on this machine, with the number that decides.
     """
     from rtbench.cli.progress import Progress
     from rtbench.cli.run import relative
     from rtbench.experiments import reproduce, run
-    from rtbench.experiments.statements import judged
 
     progress = Progress(quiet)
     runs = {}
@@ -67,7 +68,7 @@ def command(table, quick, orders, processes, samples, cpu, label, out, form, qui
                 click.echo(f"Records, tables and plots: {relative(done.path)}\n")
     finally:
         progress.end()
-    statements = reproduce.statement_table(judged(runs))
+    statements = reproduce.statements(reproduce.thesis_of(names[0]), runs)
     if statements.rows:
         click.echo(_paragraphs(statements) if form == "plain" else statements.render(form))
 

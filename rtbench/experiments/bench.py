@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtbench.compiled.catalogue import facts
 from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.intersect import run_once
 from rtbench.compiled.layout import REAL_TYPE, bytes_per_triangle, fill, record_types
@@ -15,6 +16,7 @@ from rtbench.compiled.machine_code import widens
 from rtbench.errors import RtbenchError
 from rtbench.experiments.answers import check
 from rtbench.experiments.config import Config
+from rtbench.experiments.preparation import preparation_times
 from rtbench.kernels import registry
 from rtbench.kernels.contract import HIT, Kernel
 from rtbench.measure.sampler import stopwatch
@@ -25,6 +27,7 @@ EMPTY = empty.kernels[0]
 # A group of one outcome is timed over at most so many of its pairs: more would only measure
 # memory, and the thesis's own groups had 25,000.
 GROUP_PAIRS = 25_000
+DESCRIBED = ("title", "method", "outputs", "operations", "exact")
 GROUP_TESTS = 1_000_000  # and at least so many tests in all, however few its pairs
 
 
@@ -65,9 +68,11 @@ class Bench:
         self.workloads: list[dict] = []
         self.outcomes: list[dict] = []
         self.facts: dict[str, object] = {}
+        # Tables that stand beside the samples, by file name; columns: `schema.TABLES`.
+        self.tables: dict[str, list[dict]] = {}
         self.remarks: list[str] = []
         self.compiled: dict[str, dict[str, dict]] = {}
-        self._progress = progress
+        self.say = progress
         self._answers: dict[tuple, Answers] = {}
 
     def close(self) -> None:
@@ -78,14 +83,24 @@ class Bench:
         """Return a workload with exactly that density of hits."""
         config = self.config
         n = triangles or config.triangles
-        self._progress(f"drawing {n} pairs at density {density:g}")
+        self.say(f"drawing {n} pairs at density {density:g}")
         pairs = pairs_at_density(n, density, config.generator, config.seed)
+        domains = {kernel.domain for kernel in self.kernels}
+        if None in domains:
+            if domains != {None}:
+                raise RtbenchError(
+                    "kernels that test a point (*_inside) and kernels that test a line cannot be "
+                    "timed over the same pairs: run them apart"
+                )
+            pairs = pairs.on_planes()
+        elif domains != {"line"}:
+            pairs = pairs.ahead()  # who tests the line has as many hits as who tests the ray
         return self._register(Workload(f"density {density:g}", pairs, density, judged=True))
 
     def as_drawn(self) -> Workload:
         """Return a workload of which nothing was redrawn."""
         config = self.config
-        self._progress(f"drawing {config.triangles} random pairs")
+        self.say(f"drawing {config.triangles} random pairs")
         pairs = random_pairs(config.triangles, config.generator, config.seed)
         return self._register(Workload("as drawn", pairs, None, judged=False))
 
@@ -109,15 +124,24 @@ class Bench:
         return workload
 
     def instance(
-        self, kernel: Kernel, precision: str, stage: str | None = None, kind: str = "independent"
+        self,
+        kernel: Kernel,
+        precision: str,
+        stage: str | None = None,
+        kind: str = "independent",
+        target: str = "native",
+        flags: str = "strict",
     ) -> Instance:
         """Return a kernel's compiled loop; the records say how long compiling took."""
-        self._progress(f"compiling {kernel.name} in {precision}")
-        made, seconds = stopwatch(lambda: loop(kernel, precision, self.config.layout, stage, kind))
-        if stage is None and kind == "independent":
-            facts = self.compiled.setdefault(kernel.name, {}).setdefault(precision, {})
-            if not facts:
-                facts.update(
+        self.say(f"compiling {kernel.name} in {precision}")
+        made, seconds = stopwatch(
+            lambda: loop(kernel, precision, self.config.layout, stage, kind, target, flags)
+        )
+        if stage is None and kind != "dependent":
+            self._describe(kernel)
+            known = self.compiled.setdefault(kernel.name, {}).setdefault(precision, {})
+            if not known:
+                known.update(
                     source_digest=made.path.stem.rpartition("_")[2],
                     machine_code_digest=made.code_digest,
                     compile_seconds=seconds if made.fresh else 0.0,
@@ -128,6 +152,19 @@ class Bench:
                         "number beside a float32 does that; write it as a float (2.0)"
                     )
         return made
+
+    def _describe(self, kernel: Kernel) -> None:
+        """Keep what tables and advice must know of a kernel without its source."""
+        known = self.facts.setdefault("methods", {})
+        if kernel is not EMPTY and kernel.name not in known:
+            told = facts(kernel)
+            known[kernel.name] = {name: told[name] for name in DESCRIBED} | {
+                "base": kernel.function.__name__,
+                "stored": kernel.stored,
+                "ending": kernel.ending and kernel.ending.name,
+                "division": kernel.ending and kernel.ending.division,
+                "early": kernel.ending and kernel.ending.early,
+            }
 
     def answers(
         self, kernel: Kernel, precision: str, workload: Workload, stage: str | None = None
@@ -164,11 +201,9 @@ class Bench:
             return
         facts["bytes_per_triangle"] = bytes_per_triangle(kernel)
         if kernel.prepare is not None:
-            real = REAL_TYPE[precision]
-            pairs = workload.pairs
-            vertices = [v.astype(real) for v in (pairs.v0, pairs.v1, pairs.v2)]
-            _, seconds = stopwatch(lambda: kernel.prepare(*vertices))
-            facts["prepare_ns_per_triangle"] = seconds * 1e9 / len(pairs)
+            corners = workload.pairs.v0, workload.pairs.v1, workload.pairs.v2
+            times = preparation_times(kernel, precision, corners)
+            facts["prepare_ns_per_triangle"] = float(np.median(times))
 
     def _count(self, kernel, precision, workload, outcome) -> None:
         counts = np.bincount(outcome, minlength=len(kernel.outcomes))

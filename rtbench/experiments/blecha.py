@@ -1,39 +1,30 @@
-"""What chapter 4 of Blecha 2007 states, each decided on this machine by a number.
-
-A statement is confirmed or refuted where the 95 % interval of its number lies on one side of the
-bound, and not resolved where it does not.
-"""
+"""What chapter 4 of Blecha 2007 states, each decided on this machine by a number."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from rtbench.experiments.measured import Measured, kind_of, share, weighted
+from rtbench.experiments.verdicts import (
+    CONFIRMED,
+    NOT_RESOLVED,
+    REFUTED,
+    Statement,
+    decided,
+    rows,
+    shown,
+    side,
+    within,
+)
 from rtbench.records.resampling import Estimate, joined, p_value, ratio
 from rtbench.records.run import Run
 from rtbench.records.schema import FIVE_DENSITIES
 from rtbench.records.statistics import holm, ranking
 from rtbench.records.store import load_run
 
-CONFIRMED, REFUTED, NOT_RESOLVED = "confirmed", "refuted", "not resolved"
+THESIS = "Blecha 2007"
 STRAIGHT = 0.02  # a line is straight if no point is off by more
 MIXTURE = 0.03  # the mixture law holds if sum f_i t_i is the measured cost within so much
-
-
-@dataclass(frozen=True)
-class Statement:
-    """What the thesis says, the tables it takes to judge it, and the judge.
-
-    ``judge(runs)`` is given the runs by table and returns a verdict and the number behind it.
-    """
-
-    section: str
-    text: str
-    tables: tuple[str, ...]
-    judge: Callable[[dict[str, Measured]], tuple[str, str]]
 
 
 def judged(runs: dict[str, Run]) -> list[dict]:
@@ -54,39 +45,7 @@ def judged(runs: dict[str, Run]) -> list[dict]:
         for table, run in runs.items()
         if "repeat" in run.info["config"].get("orders", ["repeat"])  # what the thesis measured
     }
-    rows = []
-    for statement in STATEMENTS:
-        if all(table in measured for table in statement.tables):
-            verdict, number = statement.judge(measured)
-            rows.append(
-                {
-                    "section": statement.section,
-                    "statement": statement.text,
-                    "verdict": verdict,
-                    "number": number,
-                }
-            )
-    return rows
-
-
-def _side(estimate: Estimate, bound: float = 1.0) -> int:
-    """Return +1 or -1 where the interval lies above or below the bound, 0 where it does not."""
-    low, high = estimate.interval() or (-np.inf, np.inf)
-    return int(low > bound) - int(high < bound)
-
-
-def _shown(estimate: Estimate, unit: str = "", scale: float = 1.0, digits: int = 3) -> str:
-    text = f"{estimate.value * scale:.{digits}f}{unit}"
-    if (ends := estimate.interval()) is None:
-        return f"{text} (no interval)"
-    return f"{text} [{ends[0] * scale:.{digits}f}, {ends[1] * scale:.{digits}f}]"
-
-
-def _verdict(sides: list[int]) -> str:
-    """Confirmed if every number is resolved as said (+1), refuted if one is resolved against."""
-    if -1 in sides:
-        return REFUTED
-    return CONFIRMED if all(side == 1 for side in sides) else NOT_RESOLVED
+    return rows(STATEMENTS, measured)
 
 
 def _slower(run: Measured, than: str, kernels: list[str]) -> dict[str, Estimate]:
@@ -96,12 +55,12 @@ def _slower(run: Measured, than: str, kernels: list[str]) -> dict[str, Estimate]
 
 
 def _times_as_long(found: dict[str, Estimate], than: str) -> str:
-    return ", ".join(f"{name}/{than} {_shown(value)}" for name, value in found.items())
+    return ", ".join(f"{name}/{than} {shown(value)}" for name, value in found.items())
 
 
 def _variant_1_best(runs):
     found = _slower(runs["4.1"], "moller1", ["moller0", "moller2", "moller3"])
-    return _verdict([_side(value) for value in found.values()]), _times_as_long(found, "moller1")
+    return decided([side(value) for value in found.values()]), _times_as_long(found, "moller1")
 
 
 def _variant_3_at_density_1(runs):
@@ -110,9 +69,9 @@ def _variant_3_at_density_1(runs):
         density: ratio(run.cost("moller3", density), run.cost("moller1", density), paired=True)
         for density in FIVE_DENSITIES
     }
-    sides = [_side(value) * (-1 if density == 1 else 1) for density, value in found.items()]
-    number = "; ".join(f"{density:g}: {_shown(value)}" for density, value in found.items())
-    return _verdict(sides), f"moller3/moller1 at density {number}"
+    sides = [side(value) * (-1 if density == 1 else 1) for density, value in found.items()]
+    number = "; ".join(f"{density:g}: {shown(value)}" for density, value in found.items())
+    return decided(sides), f"moller3/moller1 at density {number}"
 
 
 def _linear(runs):
@@ -129,9 +88,9 @@ def _linear(runs):
         # made of it is taken off (the basic bootstrap's end) before a line is called bent.
         low = 2 * off.value - high
         sides.append(1 if high <= STRAIGHT else (-1 if low > STRAIGHT else 0))
-        numbers.append(f"{kernel} {_shown(off, ' %', 100, 1)}")
+        numbers.append(f"{kernel} {shown(off, ' %', 100, 1)}")
     text = f"greatest distance from a straight line: {'; '.join(numbers)}"
-    return _verdict(sides), f"{text}; straight is within {STRAIGHT:.0%}"
+    return decided(sides), f"{text}; straight is within {STRAIGHT:.0%}"
 
 
 def _bend(densities: np.ndarray, costs: np.ndarray) -> np.ndarray:
@@ -148,23 +107,18 @@ def _mixture(runs):
         mixed = weighted([run.mixture(kernel, d) for d in densities], [1] * len(densities))
         cost = weighted([run.cost(kernel, d) for d in densities], [1] * len(densities))
         found = ratio(mixed, cost, paired=True)
-        low, high = found.interval() or (0.0, np.inf)
-        inside = low >= 1 - MIXTURE and high <= 1 + MIXTURE
-        sides.append(1 if inside else (-1 if high < 1 - MIXTURE or low > 1 + MIXTURE else 0))
-        numbers.append(f"{kernel} {_shown(found)}")
+        sides.append(within(found, 1 - MIXTURE, 1 + MIXTURE))
+        numbers.append(f"{kernel} {shown(found)}")
     text = f"sum f_i t_i / measured: {', '.join(numbers)}; holds within {MIXTURE:.0%}"
-    return _verdict(sides), text
+    return decided(sides), text
 
 
 def _table_45_explains_42(runs):
     misses = {code: g for code, g in runs["4.5"].groups("moller1", None).items() if code}
     mixed = weighted([cost for _, cost in misses.values()], [count for count, _ in misses.values()])
     found = ratio(mixed, runs["4.2"].cost("moller1", 0.0))
-    low, high = found.interval() or (0.0, np.inf)
-    inside = low >= 1 - MIXTURE and high <= 1 + MIXTURE
-    side = 1 if inside else (-1 if high < 1 - MIXTURE or low > 1 + MIXTURE else 0)
-    return _verdict([side]), (
-        f"times of 4.5 mixed / 4.2 at density 0: {_shown(found)}; 28.294 / 28.297 in the thesis; "
+    return decided([within(found, 1 - MIXTURE, 1 + MIXTURE)]), (
+        f"times of 4.5 mixed / 4.2 at density 0: {shown(found)}; 28.294 / 28.297 in the thesis; "
         f"holds within {MIXTURE:.0%}"
     )
 
@@ -177,10 +131,10 @@ def _chirkov_fastest(runs):
         for density in (0.0, 1.0)
     ]
     growth = ratio(leads[1], leads[0], paired=True)
-    sides = [*(_side(value) for value in found.values()), _side(growth)]
-    return _verdict(sides), (
+    sides = [*(side(value) for value in found.values()), side(growth)]
+    return decided(sides), (
         f"{_times_as_long(found, 'chirkov')}; lead over moller1 at density 1 / at 0: "
-        f"{_shown(growth)}"
+        f"{shown(growth)}"
     )
 
 
@@ -190,8 +144,8 @@ def _badouel_last(runs):
         name: ratio(run.whole("badouel"), run.whole(name), paired=True)
         for name in ("moller1", "chirkov")
     }
-    number = ", ".join(f"badouel/{name} {_shown(value)}" for name, value in found.items())
-    return _verdict([_side(value) for value in found.values()]), number
+    number = ", ".join(f"badouel/{name} {shown(value)}" for name, value in found.items())
+    return decided([side(value) for value in found.values()]), number
 
 
 def _vendor(runs):
@@ -208,7 +162,7 @@ def _vendor(runs):
         for name, cost in there.items()
     )
     return NOT_RESOLVED, (
-        f"one machine cannot decide it: chirkov/moller1 {_shown(found)} here; thesis: {thesis} "
+        f"one machine cannot decide it: chirkov/moller1 {shown(found)} here; thesis: {thesis} "
         "(pc1, pc2 AMD, pc3, pc4 Intel); compare machines with rtbench diff"
     )
 
@@ -222,11 +176,11 @@ def _conditions_dearest(runs):
         }
         mine = shares.pop("conditions")
         other = max(shares, key=lambda kind: shares[kind].value)
-        sides.append(_side(ratio(mine, shares[other], paired=True)))
+        sides.append(side(ratio(mine, shares[other], paired=True)))
         numbers.append(
-            f"{kernel} {_shown(mine, ' %', 100, 0)}, {other} {_shown(shares[other], ' %', 100, 0)}"
+            f"{kernel} {shown(mine, ' %', 100, 0)}, {other} {shown(shares[other], ' %', 100, 0)}"
         )
-    return _verdict(sides), f"part of the conditions, and the dearest other: {'; '.join(numbers)}"
+    return decided(sides), f"part of the conditions, and the dearest other: {'; '.join(numbers)}"
 
 
 def _last_condition(runs):
@@ -235,7 +189,7 @@ def _last_condition(runs):
     verdict = REFUTED if not low <= 0.06 <= high else CONFIRMED
     if high - low > 0.06:  # an interval this wide would confirm anything
         verdict = NOT_RESOLVED if verdict == CONFIRMED else verdict
-    return verdict, f"last condition of moller1: {_shown(found, ' %', 100, 1)} of the test"
+    return verdict, f"last condition of moller1: {shown(found, ' %', 100, 1)} of the test"
 
 
 def _division_lifts(runs):
@@ -244,10 +198,10 @@ def _division_lifts(runs):
     thesis = load_run("blecha-pc1").summary.query("density == 'mean'").set_index("kernel")
     there = thesis.loc["badouel", "ns_per_test"] / thesis.loc["moller1", "ns_per_test"]
     part = share(runs["stages"], "badouel", lambda stage: "division" in stage)
-    verdict = CONFIRMED if _side(here, there) == -1 else NOT_RESOLVED
+    verdict = CONFIRMED if side(here, there) == -1 else NOT_RESOLVED
     return verdict, (
-        f"badouel/moller1 {_shown(here)} here, {there:.3f} on pc1; three divisions are "
-        f"{_shown(part, ' %', 100, 0)} of badouel here (what else changed since is not told apart)"
+        f"badouel/moller1 {shown(here)} here, {there:.3f} on pc1; three divisions are "
+        f"{shown(part, ' %', 100, 0)} of badouel here (what else changed since is not told apart)"
     )
 
 
@@ -259,7 +213,7 @@ def _operations(runs):
     for fewer, more in (("badouel", "moller1"), ("moller1", "chirkov"), ("badouel", "chirkov")):
         value = ratio(run.whole(fewer), run.whole(more), paired=True)
         ratios.append(value)
-        found.append(f"{fewer} ({sums[fewer]})/{more} ({sums[more]}) {_shown(value)}")
+        found.append(f"{fewer} ({sums[fewer]})/{more} ({sums[more]}) {shown(value)}")
     # Three chances to find one: corrected for their number.
     sure = holm([p_value(value) for value in ratios])
     slower = [value.value > 1 for value in ratios]
@@ -277,9 +231,9 @@ def _with_uv(runs):
         ratio(without.whole("badouel"), without.whole("moller1"), paired=True),
     )
     order = ", ".join(ranking({name: run.whole(name).value for name in ["moller1_uv", *found]}))
-    return _verdict([*(_side(value) for value in found.values()), -_side(gaps)]), (
+    return decided([*(side(value) for value in found.values()), -side(gaps)]), (
         f"order {order}; {_times_as_long(found, 'moller1_uv')}; badouel's gap with u, v / "
-        f"without: {_shown(gaps)}"
+        f"without: {shown(gaps)}"
     )
 
 

@@ -9,17 +9,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtbench import resources
-from rtbench.compiled.layout import LAYOUTS, PRECISIONS
+from rtbench.compiled.instantiate import FLAGS
+from rtbench.compiled.layout import LAYOUTS, PRECISIONS, PREPARED
+from rtbench.compiled.packing import FORMS, PACKETS, WIDTHS
+from rtbench.compiled.targets import TARGETS
 from rtbench.errors import RtbenchError, unknown
+from rtbench.workloads.bundles import WIDEST
 from rtbench.workloads.draws import GENERATORS
 
 ORDERS = ("repeat", "sweep", "sorted", "shuffled")
 EXPERIMENTS = (
+    "break_even",
+    "compilers",
     "density",
     "latency",
     "operations",
     "outcomes",
+    "packets",
     "prediction",
+    "relative_error",
+    "soup",
     "stages",
     "working_set",
 )
@@ -48,6 +57,15 @@ class Config:
         Pairs, and how often each is tested over all samples of a cell.
     sizes : tuple of int
         Numbers of distinct pairs (experiment working_set).
+    rays : int
+        Where every ray meets all triangles: how many. Densities are hit ratios there.
+    prepared : tuple of str
+        In which arithmetic what a kernel stores is prepared: own, double.
+    targets, flags : tuple of str
+        What is compiled for, and what LLVM may do with floats (experiment compilers).
+    forms, widths, packets, angles : tuples
+        Experiment packets: what is taken in lanes, how many lanes, what the rays of a packet
+        share, and how far they spread (degrees); the first of packets and angles is varied.
     generator, seed, layout
         The workload.
     processes, samples : int or None
@@ -66,6 +84,14 @@ class Config:
     triangles: int = 25_000
     repetitions: int = 20_000
     sizes: tuple[int, ...] = ()
+    rays: int = 1024
+    prepared: tuple[str, ...] = ("own",)
+    targets: tuple[str, ...] = ("native",)
+    flags: tuple[str, ...] = ("strict",)
+    forms: tuple[str, ...] = ("rays", "triangles", "pairs")
+    widths: tuple[int, ...] = (16, 8, 4)
+    packets: tuple[str, ...] = ("general", "common", "parallel")
+    angles: tuple[float, ...] = (10.0, 0.0, 1.0, 30.0, 90.0)
     generator: str = "pcg64"
     seed: int = 1
     layout: str = "shared"
@@ -80,20 +106,36 @@ class Config:
         ):
             if getattr(self, name) not in allowed:
                 raise RtbenchError(unknown(name, str(getattr(self, name)), allowed))
-        for name, allowed in (("precisions", PRECISIONS), ("orders", ORDERS)):
+        for name, allowed in (
+            ("precisions", PRECISIONS),
+            ("orders", ORDERS),
+            ("prepared", PREPARED),
+            ("targets", TARGETS),
+            ("flags", FLAGS),
+            ("forms", FORMS),
+            ("widths", WIDTHS),
+            ("packets", PACKETS),
+        ):
             for value in getattr(self, name):
                 if value not in allowed:
-                    raise RtbenchError(unknown(name.removesuffix("s"), str(value), allowed))
-        for name in ("kernels", "precisions", "densities", "orders"):
+                    told = [str(each) for each in allowed]
+                    raise RtbenchError(unknown(name.removesuffix("s"), str(value), told))
+        for name in (
+            *("kernels", "precisions", "densities", "orders", "prepared", "targets", "flags"),
+            *("forms", "widths", "packets", "angles"),
+        ):
             values = getattr(self, name)
             if not values:
                 raise RtbenchError(f"{name} is empty: at least one is needed")
             if len(set(values)) < len(values):
                 raise RtbenchError(f"{name} names {_repeated(values)!r} twice")
+        for angle in self.angles:
+            if not 0 <= angle <= WIDEST:
+                raise RtbenchError(f"angle {angle} is not allowed (allowed: 0 to {WIDEST} degrees)")
         for density in self.densities:
             if not (math.isfinite(density) and 0 <= density <= 1):
                 raise RtbenchError(f"density {density} is not allowed (allowed: 0 to 1)")
-        for name in ("triangles", "repetitions", "processes", "samples"):
+        for name in ("triangles", "rays", "repetitions", "processes", "samples"):
             value = getattr(self, name)
             if value is not None and not 1 <= value <= MOST:
                 raise RtbenchError(f"{name} {value} is not allowed (allowed: 1 to {MOST})")
@@ -116,8 +158,10 @@ class Config:
         return dataclasses.replace(self, **given)
 
     def quick(self) -> Config:
-        """Return this with a tenth of the work."""
-        return dataclasses.replace(self, repetitions=max(1, self.repetitions // 10))
+        """Return this with a tenth of the work, in fewer rounds if that is too little for them."""
+        repetitions = max(self.processes or 1, self.repetitions // 10)
+        samples = self.samples and min(self.samples, repetitions // (self.processes or 1))
+        return dataclasses.replace(self, repetitions=repetitions, samples=samples)
 
     def as_dict(self) -> dict:
         """Return what the records keep."""

@@ -7,7 +7,7 @@ A miss updates no tmax, and a predicted one lets nothing wait: hence the config'
 
 from __future__ import annotations
 
-from rtbench.compiled.loops import LOOPS
+from rtbench.compiled.loops import PAIR_BY_PAIR
 from rtbench.experiments.bench import Bench
 
 CELL = ("kernel", "precision", "order", "density", "chain")
@@ -20,5 +20,5 @@ def build(bench: Bench) -> None:
         for precision in bench.config.precisions:
             for order in bench.config.orders:
                 for kernel in bench.kernels:
-                    for kind in LOOPS:
+                    for kind in PAIR_BY_PAIR:
                         bench.add(kernel, precision, workload, order, kind=kind, chain=kind)

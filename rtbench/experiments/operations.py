@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from rtbench.compiled.operations import operations
 from rtbench.experiments.bench import Bench
+from rtbench.records import schema
 
 CELL = ("kernel",)
 
 
 def build(bench: Bench) -> None:
     """Time nothing: the counts are read off the kernels' syntax."""
-
-
-def rows(bench: Bench) -> list[dict]:
-    """Return the counts of each kernel, a row each."""
-    return [{"kernel": kernel.name} | (operations(kernel) or {}) for kernel in bench.kernels]
+    bench.tables[schema.OPERATIONS] = [
+        {"kernel": kernel.name} | (operations(kernel) or {}) for kernel in bench.kernels
+    ]

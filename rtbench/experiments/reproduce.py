@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from rtbench.errors import RtbenchError, unknown
+from rtbench.experiments import blecha, havel
 from rtbench.experiments.config import Config, read, shipped
 from rtbench.records.run import Run
 from rtbench.records.store import load_run
@@ -11,7 +14,7 @@ from rtbench.report.charts import style
 from rtbench.report.run_tables import tables_of, write_tables
 from rtbench.report.tables import Table
 
-THESIS = "blecha"
+THESES = {"blecha": blecha, "havel": havel}
 
 
 def configs(table: str) -> list[Config]:
@@ -22,15 +25,20 @@ def configs(table: str) -> list[Config]:
     RtbenchError
         For a table that no config repeats.
     """
-    known = {
-        name.removeprefix(f"{THESIS}-"): path
-        for name, path in shipped().items()
-        if name.startswith(f"{THESIS}-")
-    }
-    if table == THESIS:
-        return [read(known[name]) for name in sorted(known, key=_in_order)]
+    known: dict[str, Path] = {}
+    whole: dict[str, list[Path]] = {}
+    for thesis in THESES:
+        own = {
+            name.removeprefix(f"{thesis}-"): path
+            for name, path in shipped().items()
+            if name.startswith(f"{thesis}-")
+        }
+        whole[thesis] = [own[name] for name in sorted(own, key=_in_order)]
+        known |= own
+    if table in whole:
+        return [read(path) for path in whole[table]]
     if table not in known:
-        raise RtbenchError(unknown("table", table, [*sorted(known, key=_in_order), THESIS]))
+        raise RtbenchError(unknown("table", table, [*sorted(known, key=_in_order), *THESES]))
     return [read(known[table])]
 
 
@@ -40,9 +48,14 @@ def _in_order(table: str) -> tuple:
     return (0, *map(int, parts)) if all(p.isdigit() for p in parts) else (1, table)
 
 
+def thesis_of(config: Config) -> str:
+    """Return whose table a config repeats."""
+    return config.name.partition("-")[0]
+
+
 def key(config: Config) -> str:
     """Return the name by which statements call a config's run."""
-    return config.name.removeprefix(f"{THESIS}-")
+    return config.name.removeprefix(f"{thesis_of(config)}-")
 
 
 def tables(run: Run) -> list[Table]:
@@ -68,11 +81,12 @@ def tables(run: Run) -> list[Table]:
     return found
 
 
-def statement_table(rows: list[dict]) -> Table:
-    """Return the statements of chapter 4 and what became of them."""
+def statements(thesis: str, runs: dict[str, Run]) -> Table:
+    """Return what a thesis states, as far as the runs can judge it, and what became of it."""
+    told = THESES[thesis]
     return Table(
         "statements",
-        rows,
+        told.judged(runs),
         ["section", "statement", "verdict", "number"],
-        "What Blecha 2007 states, on this machine",
+        f"What {told.THESIS} states, on this machine",
     )

@@ -94,7 +94,7 @@ def _first_launch(
 ) -> Run:
     config = bench.config
     # It imports what it needs while we prepare.
-    worker = Worker() if config.experiment != "operations" else None
+    worker = Worker() if config.experiment not in schema.UNTIMED else None
     try:
         experiment.build(bench)
         processes, rounds = samples_for(
@@ -185,11 +185,11 @@ def _measure_the_rest(
         measure(
             bench.cells, bench.arrays, plan, writer.append, watcher.progress, done, launch, worker
         )
-    if hasattr(experiment, "rows"):
+    if bench.tables:
         from rtbench.records import tabular
 
-        table = tabular.frame(experiment.rows(bench), schema.OPERATION_COLUMNS)
-        tabular.write(writer.path / schema.OPERATIONS, table)
+        for name, rows in bench.tables.items():
+            tabular.write(writer.path / name, tabular.frame(rows, schema.TABLES[name]))
     watcher.say("summing up")
     more = {"load": {"after": machine.load()}}
     if hasattr(experiment, "conclude"):
@@ -243,7 +243,7 @@ def _remarks(fingerprint: dict, load: dict) -> list[str]:
 
 
 def _work(bench: Bench) -> dict:
-    tests = sum(cell.count * cell.repetitions for cell in bench.cells)
+    tests = sum(cell.count * cell.repetitions * cell.tests for cell in bench.cells)
     return {"cells": len(bench.cells), "tests": tests}
 
 
@@ -277,8 +277,9 @@ def _fewest(bench: Bench, config: Config) -> int:
 
 
 def _description(bench: Bench, plan: Plan) -> str:
-    seconds = sum(c.count * c.repetitions * c.nanoseconds for c in bench.cells) / 1e9
-    tests = sum(c.count * c.repetitions for c in bench.cells)
+    tests = sum(c.count * c.repetitions * c.tests for c in bench.cells)
+    each = [(c.count * c.repetitions * c.tests, c.nanoseconds) for c in bench.cells]
+    seconds = sum(n * nanoseconds for n, nanoseconds in each) / 1e9
     return (
         f"{len(bench.cells)} cells, {tests:.3g} tests in {plan.processes} processes x "
         f"{plan.rounds} rounds, about {_duration(seconds + plan.processes)}"

@@ -77,10 +77,23 @@ class Run:
     @cached_property
     def operations(self) -> "pandas.DataFrame":
         """One row a kernel: add, sub, mul, div, cond and the vector operations; may be empty."""
-        path = self.path / schema.OPERATIONS
+        return self._table(schema.OPERATIONS)
+
+    @cached_property
+    def errors(self) -> "pandas.DataFrame":
+        """One row a kernel, precision, preparation, quantity and reference; may be empty."""
+        return self._table(schema.ERRORS)
+
+    @cached_property
+    def choices(self) -> "pandas.DataFrame":
+        """One row a kernel, precision, preparation and density; may be empty."""
+        return self._table(schema.CHOICES)
+
+    def _table(self, name: str) -> "pandas.DataFrame":
+        path = self.path / name
         if path.exists():
-            return tabular.read(path, schema.OPERATION_COLUMNS)
-        return tabular.frame([], schema.OPERATION_COLUMNS)
+            return tabular.read(path, schema.TABLES[name])
+        return tabular.frame([], schema.TABLES[name])
 
     @cached_property
     def _whole(self) -> WholeLines:

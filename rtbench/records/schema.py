@@ -7,6 +7,11 @@ SAMPLES = "samples.csv"
 SUMMARY = "summary.csv"
 OUTCOMES = "outcomes.csv"
 OPERATIONS = "operations.csv"
+ERRORS = "errors.csv"
+CHOICES = "choices.csv"
+
+# Experiments without samples.
+UNTIMED = frozenset({"operations", "relative_error"})
 
 # The loop without a kernel: shown as a row of its own, never ranked, never averaged.
 EMPTY = "empty"
@@ -58,6 +63,35 @@ OPERATION_COLUMNS = (
     "crosses",
     "dots",
 )
+# Errors are relative, parts of the value; over_condition: in roundoffs of the pair's condition.
+ERROR_COLUMNS = (
+    "kernel",
+    "precision",
+    "prepared",
+    "quantity",
+    "reference",
+    "mean",
+    "ci_low",
+    "ci_high",
+    "median",
+    "p99",
+    "max",
+    "over_condition_median",
+    "over_condition_p99",
+    "over_condition_max",
+    "hits",
+)
+# Rays for which a kernel (some two, where none is named) chose another triangle than is right.
+CHOICE_COLUMNS = (
+    "kernel",
+    "precision",
+    "prepared",
+    "density",
+    "rays",
+    "differ",
+    "within_rounding",
+)
+TABLES = {OPERATIONS: OPERATION_COLUMNS, ERRORS: ERROR_COLUMNS, CHOICES: CHOICE_COLUMNS}
 
 # A kernel may be called 1e3 and a label 7: these columns stay text whatever they look like.
 TEXT_COLUMNS = frozenset({"kernel", "label", "precision", "order", "table"})
@@ -79,6 +113,9 @@ INTEGER_COLUMNS = frozenset(
         "samples",
         "processes",
         "outliers",
+        "rays",
+        "differ",
+        "within_rounding",
     }
 )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from rtbench import resources
 from rtbench.errors import NotComparable, RtbenchError, unknown
 from rtbench.records.run import Run, read_info
-from rtbench.records.schema import RUN, SAMPLES
+from rtbench.records.schema import RUN, SAMPLES, UNTIMED
 
 
 def find_run(ref: str, out: Path) -> Path:
@@ -66,7 +66,7 @@ def load_run(ref: str | Path, out: Path = Path("results")) -> Run:
     """
     path = find_run(str(ref), Path(out))
     run = Run(path, read_info(path))
-    if not run.published and run.info.get("experiment") != "operations":
+    if not run.published and run.info.get("experiment") not in UNTIMED:
         if not (path / SAMPLES).exists():
             raise NotComparable(f"{path} has no {SAMPLES}: not a run that can be read")
         _ = run.samples  # a damaged file is told here, where the reader asked for the run

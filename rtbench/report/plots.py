@@ -28,28 +28,38 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     dict of str to Figure
         File name without suffix to chart; empty if there is nothing to plot.
     """
+    from rtbench.report.charts.break_even import break_even_chart
+    from rtbench.report.charts.break_even_map import break_even_map
     from rtbench.report.charts.density import density_chart
     from rtbench.report.charts.drift import drift_chart
+    from rtbench.report.charts.errors import errors_chart
     from rtbench.report.charts.latency import latency_chart
     from rtbench.report.charts.outcomes import outcomes_chart
     from rtbench.report.charts.penalty import penalty_chart
+    from rtbench.report.charts.soup import soup_chart
     from rtbench.report.charts.stages import stages_chart
     from rtbench.report.charts.working_set import working_set_chart
 
     own = {"stages": stages_chart, "working_set": working_set_chart, "latency": latency_chart}
+    own |= {"soup": soup_chart, "break_even": break_even_map}
     experiment = run.info.get("experiment")
     found = {}
     if experiment in own:
         if len(cells.times_of(run)):
-            found[experiment] = own[experiment](run)
+            name = "break_even_map" if experiment == "break_even" else experiment
+            found[name] = own[experiment](run)
     else:
         for part in cells.parts(run):
             found["density" + part.suffix] = density_chart(run, part)
+    if run.info.get("break_even"):
+        found["break_even"] = break_even_chart(run)
     if (run.info.get("fit") or {}).get("points"):
         found["penalty"] = penalty_chart(run)
     # Counts alone are a table; a chart of outcomes is one of their times.
     if len(cells.timed(run.outcomes)):
         found["outcomes"] = outcomes_chart(run)
+    if len(run.errors):
+        found["errors"] = errors_chart(run)
     if _repeated(run):
         found["drift"] = drift_chart(run)
     return found

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 from rtbench.errors import RtbenchError
 from rtbench.records.tabular import reason, replace
+from rtbench.report.layouts.break_even import break_even_tables
 from rtbench.report.layouts.density import time_tables
+from rtbench.report.layouts.errors import error_tables
 from rtbench.report.layouts.experiments import (
     latency_table,
     penalty_table,
@@ -15,6 +17,7 @@ from rtbench.report.layouts.experiments import (
     working_set_table,
 )
 from rtbench.report.layouts.outcomes import operations_table, outcomes_table
+from rtbench.report.layouts.soup import soup_tables
 from rtbench.report.tables import SUFFIXES, Table
 
 if TYPE_CHECKING:
@@ -27,6 +30,7 @@ _OWN_LAYOUT = {
     "working_set": working_set_table,
     "latency": latency_table,
 }
+_OWN_LAYOUTS = {"soup": soup_tables, "break_even": break_even_tables}
 
 
 def tables_of(run: "Run") -> list[Table]:
@@ -43,11 +47,13 @@ def tables_of(run: "Run") -> list[Table]:
         Empty if nothing was measured or counted yet.
     """
     own = _OWN_LAYOUT.get(run.info.get("experiment"))
-    found = [own(run)] if own else time_tables(run)
+    several = _OWN_LAYOUTS.get(run.info.get("experiment"), time_tables)
+    found = [own(run)] if own else several(run)
     # Where every pair hits, as for stages, a count of outcomes says nothing.
     outcomes = outcomes_table(run)
     timed = "ns_per_test" in outcomes.columns
     found += [penalty_table(run), *([outcomes] if timed or not own else []), operations_table(run)]
+    found += error_tables(run)
     return [table for table in found if table.rows]
 
 

@@ -6,13 +6,14 @@ density in ``safety``.
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from rtbench.accuracy import certified
 from rtbench.accuracy.exact import HIT, MISS
+from rtbench.compiled import preparation
 from rtbench.errors import RtbenchError
 from rtbench.kernels.stored_plane import stored_plane
 from rtbench.workloads import draws, safety
@@ -94,6 +95,31 @@ class Pairs:
             sha.update(np.ascontiguousarray(array, array.dtype.newbyteorder("<")))
         sha.update(self.hit.view(np.uint8))
         return sha.hexdigest()
+
+
+    def ahead(self) -> "Pairs":
+        """Return these pairs with every hit at t > 0: the lines that hit behind turned round.
+
+        The line, and what hits, stay as they are; the direction and the end change sides.
+        """
+        behind = self.hit & (self.t < 0)
+        dir, end = self.dir.copy(), self.end.copy()
+        dir[behind] = -dir[behind]
+        end[behind] = self.orig[behind] + (self.orig[behind] - end[behind])
+        return replace(self, dir=dir, end=end, t=np.where(behind, -self.t, self.t))
+
+    def on_planes(self) -> "Pairs":
+        """Return these pairs with each origin moved along its line into the triangle's plane.
+
+        What hits is what was hit, by far more than the rounding of the point; t is 0.
+        """
+        v0, v1, v2, orig, dir = (
+            a.astype(np.float64) for a in (self.v0, self.v1, self.v2, self.orig, self.dir)
+        )
+        normal = np.cross(v1 - v0, v2 - v0)
+        t = np.einsum("ij,ij->i", normal, v0 - orig) / np.einsum("ij,ij->i", normal, dir)
+        point = (orig + t[:, None] * dir).astype(np.float32)
+        return replace(self, orig=point, end=point + self.dir, t=np.where(self.hit, 0.0, self.t))
 
 
 def random_pairs(
@@ -287,7 +313,8 @@ def _finish(kept: np.ndarray, hit: np.ndarray, **told: object) -> Pairs:
     for start in range(0, n, PORTION):
         part = slice(start, start + PORTION)
         triangles, origins, dir[part] = safety.lines(draws.items_of(kept[:, part]))
-        plane = stored_plane(*(triangles[:, k] for k in range(3)))
+        corners = tuple(triangles[:, k] for k in range(3))
+        plane = preparation.prepared(stored_plane, corners, *[np.float32] * 3)
         for name, out in stored.items():
             out[part] = plane[name]
         hits = np.flatnonzero(hit[part])

@@ -7,7 +7,7 @@ mirror image must refute it, and a machine that scatters too much must resolve n
 import numpy as np
 import pytest
 
-from rtbench.experiments.statements import judged
+from rtbench.experiments.blecha import judged
 from rtbench.records.schema import sample_columns
 from rtbench.records.store import load_run
 from rtbench.records.writer import RunWriter

@@ -94,6 +94,7 @@ def test_shipped_configs_name_what_exists(name):
     config = configs.find(name)
     assert configs.find(f"{name}.toml") == config
     assert config.name == name and config.title
-    assert [kernel.name for kernel in registry.select(config.kernels)] == list(config.kernels)
+    named = [name for name in config.kernels if "*" not in name]
+    assert {kernel.name for kernel in registry.select(config.kernels)} >= {*named}
     if name.startswith("blecha-4"):
         assert f"blecha-{config.table}" == name

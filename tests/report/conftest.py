@@ -10,20 +10,30 @@ from rtbench.records.store import load_run
 
 @pytest.fixture(scope="session")
 def sample_runs():
-    spec = importlib.util.spec_from_file_location(
-        "sample_runs", Path(__file__).with_name("sample_runs.py")
-    )
+    return _module("sample_runs")
+
+
+@pytest.fixture(scope="session")
+def soup_runs():
+    return _module("soup_runs")
+
+
+def _module(name: str):
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 @pytest.fixture
-def make(sample_runs, tmp_path):
+def make(sample_runs, soup_runs, tmp_path):
     """Return a function that writes a run of an experiment and loads it."""
 
     def write_and_load(experiment: str, name: str = "", **options):
         folder = tmp_path / (name or f"a-{experiment}")
+        if experiment in ("soup", "break_even"):
+            write = getattr(soup_runs, f"{experiment}_run")
+            return load_run(write(folder, sample_runs.write_run, **options))
         return load_run(getattr(sample_runs, f"{experiment}_run")(folder, **options))
 
     return write_and_load

@@ -13,6 +13,8 @@ from rtbench.report import plots
         ("prediction", ["density", "penalty", "drift"]),
         ("working_set", ["working_set", "drift"]),
         ("latency", ["latency", "drift"]),
+        ("soup", ["soup", "drift"]),
+        ("break_even", ["break_even_map", "break_even", "drift"]),
     ],
 )
 def test_which_charts_an_experiment_has(make, experiment, names):

@@ -17,6 +17,8 @@ from rtbench.report.run_tables import render_all, tables_of, write_tables
         ("prediction", ["times", "penalty", "outcomes"]),
         ("working_set", ["working_set"]),
         ("latency", ["latency"]),
+        ("soup", ["soup", "stored"]),
+        ("break_even", ["break_even", "cheapest", "costs"]),
     ],
 )
 def test_which_tables_an_experiment_has(make, experiment, names):
