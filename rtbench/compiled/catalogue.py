@@ -5,7 +5,12 @@ from __future__ import annotations
 import ast
 
 from rtbench.compiled import layout, syntax
-from rtbench.compiled.operations import OPERATIONS, VECTOR_OPERATIONS, operations
+from rtbench.compiled.operations import (
+    OPERATIONS,
+    VECTOR_OPERATIONS,
+    operations,
+    preparation_operations,
+)
 from rtbench.kernels import registry
 from rtbench.kernels.contract import Kernel
 
@@ -26,6 +31,7 @@ def facts(kernel: Kernel) -> dict:
         "bytes_per_triangle": layout.bytes_per_triangle(kernel),
         "bytes_per_triangle_padded": layout.bytes_per_triangle(kernel, "padded"),
         "operations": counts and {name: counts[name] for name in OPERATIONS},
+        "preparation": preparation_operations(kernel),
         "vector_operations": counts and {name: counts[name] for name in VECTOR_OPERATIONS},
         "outcomes": list(kernel.outcomes),
         "source": kernel.source,

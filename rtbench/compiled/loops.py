@@ -17,7 +17,7 @@ from rtbench.compiled.elsewhere import instantiate_for
 from rtbench.compiled.instantiate import HEADER_NAMES, Instance
 from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE, record_types
 from rtbench.compiled.machine_code import instructions
-from rtbench.compiled.sources import dtype_source, named, outside
+from rtbench.compiled.sources import dtype_source, imports, named, outside
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import NO_T, ZERO, Kernel, kernel
 
@@ -77,7 +77,8 @@ def nearest(triangles, rays, first, second, outcome, t, u, v):
             for i in range(triangles.shape[0]):
                 if TAKES_TMAX:
                     result = test(triangles[i], rays[k], tmax)
-                    nearer = result[0] == 0
+                    # Divided last, t is rounded after tmax let it pass: a tie may have passed too.
+                    nearer = result[0] == 0 and result[1] < tmax
                 else:
                     result = test(triangles[i], rays[k])
                     nearer = (result[0] == 0) & (result[1] > ZERO) & (result[1] < tmax)
@@ -173,7 +174,8 @@ def loop(
     taken = {*constants, *HEADER_NAMES, "test", "one", entry}
     read = {"ZERO": ZERO} | syntax.outside_names(chosen)
     told, functions = outside(f"kernel {chosen.name!r}", read, taken)
-    constants |= told
+    imported, digest = imports(read)
+    constants |= told | digest
     if DATA_TYPE[precision] is not REAL_TYPE[precision]:
         scalars = frozenset(
             name
@@ -202,6 +204,7 @@ def loop(
             title=what if stage is None else f"{what}, cut off after {stage!r}",
             forceinline=True,
             flags=flags,
+            imports=imported,
         )
     except Exception as problem:
         from numba.core.errors import NumbaError  # numba is there by now; nobody else waits for it

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from rtbench.compiled import syntax
+from rtbench.compiled import preparation, syntax
 from rtbench.kernels.contract import Kernel
 
 OPERATIONS = ("add", "sub", "mul", "div", "cond")
@@ -38,6 +38,25 @@ def operations(kernel: Kernel) -> Counts | None:
     if any(isinstance(n, _LOOPS) for function in functions for n in syntax.nodes(function)):
         return None
     return _greatest(syntax.tree(kernel).body, helpers)
+
+
+def preparation_operations(kernel: Kernel) -> Counts | None:
+    """Return the greatest number of each operation that preparing a triangle takes.
+
+    Returns
+    -------
+    dict or None
+        ``add, sub, mul, div, cond`` (roots and moduli are not counted); None for a kernel that
+        prepares nothing, or does it in loops.
+    """
+    if kernel.prepare is None:
+        return None
+    helpers = preparation.helpers(kernel.prepare)
+    functions = [preparation.tree(kernel.prepare), *helpers.values()]
+    if any(isinstance(n, _LOOPS) for function in functions for n in ast.walk(function)):
+        return None
+    counts = _greatest(functions[0].body, helpers)
+    return {name: counts[name] for name in OPERATIONS}
 
 
 def _greatest(body: list[ast.stmt], helpers: dict[str, ast.FunctionDef]) -> Counts:

@@ -43,7 +43,7 @@ def tree(function: Callable) -> ast.FunctionDef:
         If it does not take ``tri`` alone and end in ``return {"field": ...}``, its one return.
     """
     found = syntax.parse(function)
-    returns = [node for node in syntax.nodes(found) if isinstance(node, ast.Return)]
+    returns = [node for node in ast.walk(found) if isinstance(node, ast.Return)]
     value = getattr(found.body[-1], "value", None)
     good = (
         [argument.arg for argument in found.args.args] == ["tri"]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 import re
+from importlib.util import find_spec
+from pathlib import Path
 from types import FunctionType, ModuleType
 
 import numpy as np
 
 from rtbench.compiled import syntax
 from rtbench.errors import RtbenchError
+from rtbench.kernels import endings
 
 
 def named(function: ast.FunctionDef, name: str) -> str:
@@ -35,6 +39,39 @@ def constant_source(value: float) -> str:
     return repr(value)
 
 
+# Functions of which compiled code has a form of its own.
+_IMPORTED = {endings.flipped: "rtbench.compiled.sign_bits"}
+
+
+def imports(found: dict[str, object]) -> tuple[str, dict[str, str]]:
+    """Return the line that imports what compiled code has in a form of its own, and its digest.
+
+    Parameters
+    ----------
+    found : dict
+        As `rtbench.compiled.syntax.outside_names` finds it.
+
+    Returns
+    -------
+    str
+        Empty if nothing is imported.
+    dict of str to str
+        A constant for the module's top that changes with what is imported.
+    """
+    names = {name: _IMPORTED[v] for name, v in found.items() if _is_imported(v)}
+    if not names:
+        return "", {}
+    ((module, name),) = {(module, name) for name, module in names.items()}
+    text = Path(find_spec(module).origin).read_bytes()
+    return f"from {module} import {name}", {
+        "IMPORTED": repr(hashlib.sha256(text).hexdigest()[:16])
+    }
+
+
+def _is_imported(value: object) -> bool:
+    return isinstance(value, FunctionType) and value in _IMPORTED
+
+
 def outside(
     what: str, found: dict[str, object], taken: set[str]
 ) -> tuple[dict[str, str], dict[str, ast.FunctionDef]]:
@@ -54,7 +91,7 @@ def outside(
     constants : dict of str to str
         Names and the source text of their values.
     functions : dict of str to ast.FunctionDef
-        Names and syntax, callees first.
+        Names and syntax, callees first; without what `imports` brings.
 
     Raises
     ------
@@ -67,6 +104,8 @@ def outside(
             raise RtbenchError(
                 f"{what} reads {name!r}, which the generated module needs for itself: rename it"
             )
+        if _is_imported(value):
+            continue
         if isinstance(value, FunctionType):
             functions[name] = syntax.parse(value)
         elif isinstance(value, ModuleType):

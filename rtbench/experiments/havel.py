@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
-from rtbench.experiments.measured import Measured
+from rtbench.experiments import havel_errors
+from rtbench.experiments.measured import Measured, Soups
 from rtbench.experiments.verdicts import (
     CONFIRMED,
     NOT_RESOLVED,
@@ -19,39 +18,11 @@ from rtbench.experiments.verdicts import (
     within,
 )
 from rtbench.records import derive
-from rtbench.records.resampling import Estimate, mean, median, ratio, seed_of
+from rtbench.records.resampling import Estimate, ratio
 from rtbench.records.run import Run
 
 THESIS = "Havel 2008"
 LEVEL = 0.05  # two times are level if neither is longer by more
-
-
-class Soups:
-    """The cells of a run over soups as estimates that were resampled together."""
-
-    def __init__(self, run: Run) -> None:
-        self.run = run
-        self.ratios = run.info["config"]["densities"]
-        self.methods = run.info.get("methods") or {}
-
-    @cached_property
-    def cells(self) -> dict[tuple, object]:
-        """The samples by kernel, precision and hit ratio."""
-        return derive.cells(self.run, ["kernel", "precision", "density"])
-
-    def cost(self, kernel: str, density: float, precision: str = "float32") -> Estimate:
-        """Return ns a test of a cell."""
-        times = derive.times(self.cells[kernel, precision, density])
-        return median(times, seed_of(self.run.name))
-
-    def whole(self, kernel: str, precision: str = "float32") -> Estimate:
-        """Return the mean over the hit ratios."""
-        costs = [self.cost(kernel, density, precision) for density in self.ratios]
-        return mean(costs)
-
-    def compared(self, slow: str, fast: str) -> Estimate:
-        """Return how many times as long the first takes, over all hit ratios."""
-        return ratio(self.whole(slow), self.whole(fast), paired=True)
 
 
 def judged(runs: dict[str, Run]) -> list[dict]:
@@ -243,86 +214,6 @@ def _shevtsov_beats_wald(runs):
     return decided([side(value) for value in found.values()]), f"Wald/Shevtsov {number}"
 
 
-def _same_triangles(runs):
-    counted = [
-        entry
-        for run in runs.values()
-        for entry in run.run.info.get("nearest") or []
-        if not entry["kernel"].startswith("angle_sum")
-    ]
-    if "5.5" in runs:
-        choices = runs["5.5"].run.choices
-        counted += choices[choices["kernel"].notna()].to_dict("records")
-    differ = [entry for entry in counted if entry["differ"]]
-    total = sum(entry["rays"] for entry in counted)
-    return (REFUTED if differ else CONFIRMED), (
-        f"{sum(entry['differ'] for entry in differ)} of {total} rays end at another triangle than "
-        "the exact one, over all kernels, precisions and sets but angle sum"
-        + (": " + ", ".join(sorted({entry["kernel"] for entry in differ})) if differ else "")
-    )
-
-
-def _errors(run: Soups, precision: str):
-    frame = run.run.errors
-    return frame[(frame["precision"] == precision) & (frame["reference"] == "exact")]
-
-
-def _order_of_errors(runs):
-    single, double = (_errors(runs["5.5"], p)["mean"] for p in ("float32", "float64"))
-    good = single.between(1e-7, 1e-5).all() and double.between(1e-16, 1e-13).all()
-    return (CONFIRMED if good else REFUTED), (
-        f"means from {single.min():.2g} to {single.max():.2g} in single and from {double.min():.2g} "
-        f"to {double.max():.2g} in double precision (confirmed within a factor of 10 of 1e-6, and "
-        "of 100 of 1e-14: his double-precision reference had errors of its own)"
-    )
-
-
-def _largest_error(runs):
-    frame = _errors(runs["5.5"], "float32")
-    numbers, sides = [], []
-    for quantity, rows_ in frame.groupby("quantity"):
-        own = rows_[rows_["kernel"] == "moller_trumbore_uv"].iloc[0]
-        worst = rows_.loc[rows_["mean"].idxmax()]
-        larger = int((rows_["mean"] > own["mean"]).sum())
-        sides.append(-1 if worst["ci_low"] > own["ci_high"] else int(larger == 0))
-        numbers.append(
-            f"{quantity}: {own['mean'] * 1e6:.2f} [{own['ci_low'] * 1e6:.2f}, "
-            f"{own['ci_high'] * 1e6:.2f}] millionths, {larger} of {len(rows_)} are larger "
-            f"({worst['kernel']} {worst['mean'] * 1e6:.2f})"
-        )
-    return decided(sides), f"Möller-Trumbore against exact answers: {'; '.join(numbers)}"
-
-
-def _moved_error(runs):
-    frame = _errors(runs["5.5"], "float32").set_index(["kernel", "prepared", "quantity"])
-    found = {}
-    for (kernel, prepared, quantity), row in frame.iterrows():
-        last = kernel.removesuffix("_uv") + "_last_uv", prepared, quantity
-        if last in frame.index:
-            found[last] = frame.loc[last, "mean"] / row["mean"]
-    low, high = min(found.values()), max(found.values())
-    worst = max(found, key=lambda key: abs(np.log(found[key])))
-    verdict = CONFIRMED if 0.8 <= low and high <= 1.25 else REFUTED
-    return verdict, (
-        f"mean error with the division last / first: {low:.2f} to {high:.2f} over {len(found)} "
-        f"cells, most {' '.join(worst)} {found[worst]:.2f} (confirmed between 0.8 and 1.25)"
-    )
-
-
-def _compiler_error(runs):
-    variants = runs["compilers"].run.info["variants"]
-    numbers, strict = [], 0
-    for flags in dict.fromkeys(each["flags"] for each in variants):
-        own = [each for each in variants if each["flags"] == flags]
-        rays_, hits, t = (sum(e[name] for e in own) for name in ("rays", "other_hits", "other_t"))
-        strict = t if flags == "strict" else strict
-        numbers.append(f"{flags}: another t for {t / rays_:.1%}, another triangle for {hits}")
-    return (REFUTED if strict else CONFIRMED), (
-        f"against strict arithmetic for {variants[0]['target']}, of all rays, {'; '.join(numbers)} "
-        "(confirmed if strict arithmetic is the same for every target)"
-    )
-
-
 def _point_in_triangle(runs):
     measured = Measured(runs["6.1.2"].run)
     found = {
@@ -382,17 +273,26 @@ STATEMENTS = (
         "5.5",
         "no two methods choose different triangles for a ray",
         ("5.1.1", "5.1.2"),
-        _same_triangles,
+        havel_errors.same_triangles,
     ),
     Statement(
         "5.5",
         "errors are of the order of 1e-6 in single precision and 1e-14 in double",
         ("5.5",),
-        _order_of_errors,
+        havel_errors.order_of_errors,
     ),
-    Statement("5.5", "Möller-Trumbore's errors are the largest", ("5.5",), _largest_error),
-    Statement("5.5", "moving the division does not change the errors", ("5.5",), _moved_error),
-    Statement("5.5", "the compiler does not change the errors", ("compilers",), _compiler_error),
+    Statement(
+        "5.5", "Möller-Trumbore's errors are the largest", ("5.5",), havel_errors.largest_error
+    ),
+    Statement(
+        "5.5", "moving the division does not change the errors", ("5.5",), havel_errors.moved_error
+    ),
+    Statement(
+        "5.5",
+        "the compiler does not change the errors",
+        ("compilers",),
+        havel_errors.compiler_error,
+    ),
     Statement(
         "6", "perpendicular planes are up to 20 % faster than Wald", ("5.2",), _planes_beat_wald
     ),

@@ -8,7 +8,16 @@ from functools import cached_property
 import numpy as np
 
 from rtbench.records import derive
-from rtbench.records.resampling import Estimate, Times, joined, median, seed_of, total
+from rtbench.records.resampling import (
+    Estimate,
+    Times,
+    joined,
+    mean,
+    median,
+    ratio,
+    seed_of,
+    total,
+)
 from rtbench.records.run import Run
 
 
@@ -63,6 +72,34 @@ class Measured:
         """Return sum f_i t_i over the outcomes."""
         found = self.groups(kernel, density).values()
         return weighted([cost for _, cost in found], [count for count, _ in found])
+
+
+class Soups:
+    """The cells of a run over soups as estimates that were resampled together."""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.ratios = run.info["config"]["densities"]
+        self.methods = run.info.get("methods") or {}
+
+    @cached_property
+    def cells(self) -> dict[tuple, object]:
+        """The samples by kernel, precision and hit ratio."""
+        return derive.cells(self.run, ["kernel", "precision", "density"])
+
+    def cost(self, kernel: str, density: float, precision: str = "float32") -> Estimate:
+        """Return ns a test of a cell."""
+        times = derive.times(self.cells[kernel, precision, density])
+        return median(times, seed_of(self.run.name))
+
+    def whole(self, kernel: str, precision: str = "float32") -> Estimate:
+        """Return the mean over the hit ratios."""
+        costs = [self.cost(kernel, density, precision) for density in self.ratios]
+        return mean(costs)
+
+    def compared(self, slow: str, fast: str) -> Estimate:
+        """Return how many times as long the first takes, over all hit ratios."""
+        return ratio(self.whole(slow), self.whole(fast), paired=True)
 
 
 def weighted(costs: list[Estimate], weights: list[float]) -> Estimate:

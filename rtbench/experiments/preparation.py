@@ -10,7 +10,7 @@ from rtbench.kernels.contract import Kernel
 from rtbench.measure.sampler import stopwatch
 
 # At least FEWEST times, then until ENOUGH seconds are over.
-FEWEST, MOST, ENOUGH = 5, 50, 0.02
+FEWEST, MOST, ENOUGH = 11, 50, 0.02
 # So many triangles at least, copies among them: a call then costs nothing beside them.
 TRIANGLES = 1 << 14
 

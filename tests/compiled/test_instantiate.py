@@ -14,7 +14,9 @@ from rtbench.compiled.loops import loop
 from rtbench.errors import RtbenchError
 from rtbench.kernels.registry import all_kernels
 
-KERNELS = all_kernels()
+# A listing with and without u, v, listings that store a plane, and methods of pieces.
+SOME = ("moller1", "moller1_uv", "badouel_uv", "chirkov", "wald_uv", "kensler_shirley_last_uv")
+KERNELS = {name: all_kernels()[name] for name in (*SOME, "perpendicular_planes_last_whole_uv")}
 
 PRELUDE = """
 import json, os, sys
@@ -24,14 +26,14 @@ from rtbench.compiled import cache
 from rtbench.compiled.instantiate import instantiate
 from rtbench.compiled.loops import loop
 from rtbench.kernels.registry import all_kernels
-KERNELS = all_kernels()
+KERNELS = {name: all_kernels()[name] for name in NAMES}
 """
 
 
 def started(code, folder, **environment):
     """Start code in a fresh interpreter with a cache folder of its own."""
     return subprocess.Popen(
-        [sys.executable, "-c", PRELUDE + code],
+        [sys.executable, "-c", PRELUDE.replace("NAMES", repr(list(KERNELS))) + code],
         stdout=subprocess.PIPE,
         text=True,
         env=os.environ | {"RTBENCH_CACHE_DIR": str(folder)} | environment,

@@ -10,7 +10,19 @@ import pytest
 import rtbench
 from rtbench.kernels.registry import all_kernels
 
-KERNELS = list(all_kernels())
+KERNELS = all_kernels()
+# Whole listings, every method as it is by itself, and one method with every ending.
+RAYS = [
+    name
+    for name, each in KERNELS.items()
+    if each.domain is not None
+    and (
+        not each.ending
+        or name == f"{each.function.__name__}_uv"
+        or (name.startswith("wald") and name.endswith("_uv"))
+    )
+]
+LINES = [name for name in RAYS if KERNELS[name].domain == "line"]
 PRECISIONS = {"float32": np.float32, "float64": np.float64, "mixed": np.float64}
 
 # A right triangle in the plane z = 1, seen along z; the line meets it at u = 0.25, v = 0.5.
@@ -20,7 +32,7 @@ DIRECTION = np.array([[0.0, 0, 2]])  # t = 1, in units of the direction
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", RAYS)
 def test_a_hit_by_hand(name, precision):
     found = rtbench.intersect(name, TRIANGLE, ORIGIN, DIRECTION, precision)
     assert isinstance(found, rtbench.Hits)
@@ -38,14 +50,43 @@ def test_types_of_the_results(precision):
     assert {found.t.dtype, found.u.dtype, found.v.dtype} == {np.dtype(PRECISIONS[precision])}
 
 
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", [*RAYS, "keidy_inside_uv"])
 def test_no_pairs_at_all(name):
     found = rtbench.intersect(name, np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
     for values in (found.hit, found.outcome, found.t, found.u, found.v):
         assert values.shape == (0,)
 
 
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", [name for name in RAYS if name not in LINES])
+def test_a_ray_never_meets_what_lies_behind_its_origin(name):
+    found = rtbench.intersect(name, TRIANGLE, ORIGIN, -DIRECTION, tmin=-np.inf)
+    assert not found.hit[0] and found.outcome[0] > 0
+    assert np.isnan([found.t, found.u, found.v]).all()
+
+
+def test_a_ray_kernel_s_own_tmax_is_kept_and_gives_its_code():
+    for name in ("wald_uv", "wald_last_uv", "angle_sum"):
+        found = rtbench.intersect(name, TRIANGLE, ORIGIN, DIRECTION, tmax=0.75)
+        assert (found.hit.tolist(), found.outcome.tolist()) == ([False], [1])
+    found = rtbench.intersect("wald_uv", TRIANGLE, ORIGIN, DIRECTION, tmin=1.0)
+    assert (found.hit.tolist(), found.outcome.tolist()) == ([False], [0])
+
+
+@pytest.mark.parametrize("name", [name for name in KERNELS if name.endswith("_inside_uv")])
+def test_a_point_is_the_origin_and_has_no_t(name):
+    found = rtbench.intersect(name, TRIANGLE, ORIGIN + np.array([0, 0, 2]), DIRECTION)
+    assert (found.hit[0], found.u[0], found.v[0]) == (True, 0.25, 0.5)
+    assert np.isnan(found.t).all()
+    assert not rtbench.intersect(name, TRIANGLE, ORIGIN + np.array([3, 0, 2]), DIRECTION).hit[0]
+
+
+def test_without_a_t_no_tmin_can_be_kept():
+    assert rtbench.intersect("wald_hit", TRIANGLE, ORIGIN, DIRECTION).hit.tolist() == [True]
+    with pytest.raises(ValueError, match="kernel wald_hit returns no t"):
+        rtbench.intersect("wald_hit", TRIANGLE, ORIGIN, DIRECTION, tmin=0.5)
+
+
+@pytest.mark.parametrize("name", LINES)
 def test_a_line_meets_what_lies_behind_its_origin_only_if_asked_to(name):
     behind = rtbench.intersect(name, TRIANGLE, ORIGIN, -DIRECTION)
     assert (behind.hit.tolist(), behind.outcome.tolist()) == ([False], [0])
@@ -78,7 +119,7 @@ def test_both_ends_are_open_and_not_rounded_to_the_precision_of_t(tmin, tmax, hi
     assert np.isnan(found.t).tolist() == [not hit]
 
 
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", RAYS)
 def test_on_a_miss_everything_but_the_outcome_is_nan(name):
     """Badouel knows t of a miss; intersect does not tell it."""
     misses = np.array([[9.0, 1, -1], [1, 9, -1], [-3, 1, -1], [1, -3, -1], [3, 3, -1]])
@@ -90,13 +131,13 @@ def test_on_a_miss_everything_but_the_outcome_is_nan(name):
     assert np.isnan([found.t, found.u, found.v]).all()
 
 
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("name", RAYS)
 def test_a_direction_in_the_plane_is_a_miss(name):
     found = rtbench.intersect(name, TRIANGLE, np.array([[1.0, 2, 1]]), np.array([[1.0, 0, 0]]))
     assert not found.hit[0] and found.outcome[0] != 0
 
 
-@pytest.mark.parametrize("name", [name for name in KERNELS if name.endswith("_uv")])
+@pytest.mark.parametrize("name", [name for name in RAYS if name.endswith("_uv")])
 def test_u_is_the_weight_of_v1_and_v_that_of_v2(name):
     random = np.random.default_rng(8)
     triangles = random.random((200, 3, 3))
@@ -149,7 +190,7 @@ def test_memory_order_makes_no_difference_and_nothing_given_is_written(name):
 def test_numbers_beyond_float32_and_nan_are_no_warning():
     """A printed listing promises nothing about them, but intersect must come back."""
     for bad in (1e300, np.inf, np.nan):
-        for name in KERNELS:
+        for name in RAYS:
             triangle = np.where(TRIANGLE == 4, bad, TRIANGLE)
             found = rtbench.intersect(name, triangle, ORIGIN, DIRECTION)
             assert found.hit.shape == (1,)
@@ -196,7 +237,7 @@ def test_unknown_names_are_value_errors_with_the_nearest():
 
 def test_the_listed_kernels_have_what_is_promised():
     listed = rtbench.list_kernels()
-    assert [each["name"] for each in listed] == KERNELS
+    assert [each["name"] for each in listed] == list(KERNELS)
     for each in listed:
         assert set(each) >= {
             "name",
@@ -205,14 +246,22 @@ def test_the_listed_kernels_have_what_is_promised():
             "outputs",
             "precisions",
             "bytes_per_triangle",
+            "bytes_per_triangle_padded",
+            "stored",
+            "ending",
             "operations",
             "source",
         }
-        assert each["domain"] in ("line", "ray", "segment")
+        assert each["domain"] in ("line", "ray", "segment", None)
+        assert (each["domain"] is None) == (each["ending"] == "inside")
+        assert each["stored"] in ("none", "normal", "precomputed")
+        assert each["bytes_per_triangle_padded"] % 16 == 0
+        assert each["bytes_per_triangle_padded"] >= each["bytes_per_triangle"]
         assert set(each["operations"]) == {"add", "sub", "mul", "div", "cond"}
         assert each["precisions"] == ["float32", "float64", "mixed"]
         assert each["outputs"] == (["t", "u", "v"] if each["name"].endswith("_uv") else ["t"])
-        rtbench.intersect(each["name"], TRIANGLE, ORIGIN, DIRECTION)
+    for name in RAYS:
+        rtbench.intersect(name, TRIANGLE, ORIGIN, DIRECTION)
 
 
 def python(code):

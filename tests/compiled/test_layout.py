@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from rtbench.compiled.layout import bytes_per_triangle, fill, record_types
+from rtbench.accuracy.certified import reference
+from rtbench.compiled.exact import exact_records
+from rtbench.compiled.intersect import run_once
+from rtbench.compiled.layout import LAYOUTS, bytes_per_triangle, fill, record_types
+from rtbench.compiled.loops import loop
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import HIT, kernel
 from rtbench.kernels.registry import all_kernels
@@ -156,3 +160,110 @@ def test_unknown_layout_and_precision():
         record_types(KERNELS["moller1"], "shard", "float32")
     with pytest.raises(RtbenchError, match=r"precision 'float23'; did you mean 'float32'\?"):
         record_types(KERNELS["moller1"], "own", "float23")
+
+
+@pytest.mark.parametrize(
+    ("name", "packed", "padded"),
+    [
+        ("wald", 48, 48),
+        ("perpendicular_planes", 48, 48),
+        ("kensler_shirley_stored", 48, 64),
+        ("shevtsov", 48, 48),
+        ("kensler_shirley", 36, 48),
+        ("kensler_shirley_normal", 48, 64),
+        ("signed_areas", 48, 64),
+        ("badouel_cramer", 60, 64),
+        ("moller_trumbore", 36, 48),
+    ],
+)
+def test_bytes_as_havel_pads_them(name, packed, padded):
+    """Rows of 16 bytes: three numbers and a fourth in the room they leave, Havel 2008, 4.2.5."""
+    assert bytes_per_triangle(KERNELS[name]) == packed
+    assert bytes_per_triangle(KERNELS[name], "padded") == padded
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64", "mixed"])
+def test_padded_fields_do_not_overlap_and_vectors_begin_a_row(precision):
+    for name, each in KERNELS.items():
+        triangle, _ = record_types(each, "padded", precision)
+        assert triangle.itemsize % 16 == 0
+        ends = 0
+        for offset, field in sorted((triangle.fields[f][1], f) for f in triangle.names):
+            assert offset >= ends, name
+            ends = offset + triangle[field].itemsize
+            assert not triangle[field].shape or offset % 16 == 0
+        assert ends <= triangle.itemsize
+
+
+@pytest.mark.parametrize(
+    "name", ["wald_uv", "kensler_shirley_stored_uv", "badouel_uv", "pluecker_stored"]
+)
+def test_answers_are_the_same_in_every_layout(name):
+    random = np.random.default_rng(9)
+    vertices = tuple(random.random((3, 400, 3)))
+    origins, directions = random.random((400, 3)), random.random((400, 3)) - 0.5
+    kernel = KERNELS[name]
+    answers = [
+        run_once(
+            loop(kernel, "float32", layout),
+            kernel,
+            "float32",
+            *fill(kernel, layout, "float32", vertices, origins, directions),
+        )
+        for layout in LAYOUTS
+    ]
+    assert 10 < (answers[0][0] == HIT).sum() < 390
+    for other in answers[1:]:
+        for one, another in zip(answers[0], other, strict=True):
+            assert np.array_equal(one, another, equal_nan=True)
+
+
+def test_what_is_prepared_in_double_is_nearer_to_the_exact_numbers():
+    """Wald's plane and lines in float32: rounded once, or computed from rounded differences."""
+    random = np.random.default_rng(12)
+    vertices = tuple(random.random((3, 500, 3)).astype(np.float32))
+    rays = random.random((2, 500, 3))
+    kernel = KERNELS["wald_uv"]
+    exact, _ = exact_records(kernel, vertices, *rays)
+    fields = ("nu", "nv", "nd", "bu", "bv", "bd", "cu", "cv", "cd")
+    errors = {}
+    for prepared in ("own", "double"):
+        stored, _ = fill(kernel, "own", "float32", vertices, *rays, prepared=prepared)
+        for field in fields:
+            right = np.array([float(getattr(triangle, field)) for triangle in exact])
+            off = np.abs(stored[field].astype(float) - right) / np.abs(right)
+            errors[prepared, field] = off
+    for field in fields:
+        own, double = errors["own", field], errors["double", field]
+        # Rounded once: half a unit in the last place, whatever was lost in between.
+        assert double.max() <= 2.0**-24 * (1 + 1e-3)
+        assert np.median(double) < np.median(own) and own.max() > 4 * double.max()
+
+
+def test_answers_of_what_is_prepared_in_double_are_other_and_nearer():
+    random = np.random.default_rng(13)
+    vertices = tuple(random.random((3, 4000, 3)).astype(np.float32))
+    weights = random.dirichlet((2, 2, 2), 4000)
+    points = sum(weights[:, i, None] * vertices[i] for i in range(3))
+    origins = random.random((4000, 3)).astype(np.float32)
+    directions = (points - origins).astype(np.float32)
+    kernel = KERNELS["wald_uv"]
+    exact = reference(np.stack(vertices, axis=1), origins, directions)
+    off = {}
+    for prepared in ("own", "double"):
+        records = fill(kernel, "own", "float32", vertices, origins, directions, prepared=prepared)
+        _, *found = run_once(loop(kernel, "float32", "own"), kernel, "float32", *records)
+        off[prepared] = [
+            np.abs(values - right)
+            for values, right in zip(found, (exact.t, exact.u, exact.v), strict=True)
+        ]
+    for own, double in zip(off["own"], off["double"], strict=True):
+        both = np.isfinite(own) & np.isfinite(double)
+        assert both.mean() > 0.9
+        assert np.mean(double[both]) < np.mean(own[both])
+
+
+def test_an_unknown_preparation():
+    given = np.zeros((1, 3))
+    with pytest.raises(RtbenchError, match=r"preparation 'doubel'; did you mean 'double'\?"):
+        fill(KERNELS["wald"], "own", "float32", (given,) * 3, given, given, prepared="doubel")

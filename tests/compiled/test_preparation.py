@@ -11,6 +11,7 @@ import pytest
 from rtbench.compiled import preparation
 from rtbench.compiled.exact import UNDEFINED, exact_records
 from rtbench.compiled.layout import arithmetics, fill, record_types
+from rtbench.compiled.operations import preparation_operations
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import HIT, NO_T, kernel
 from rtbench.kernels.registry import all_kernels
@@ -47,9 +48,7 @@ def along(vectors, axis):
 def line(a, b):
     x, y, z = (stack(a[:, i], b[:, i]) for i in range(3))
     minor = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((x, y), (x, z), (y, z))]
-    return stack(
-        *minor[:2], x[:, 0] - x[:, 1], minor[2], z[:, 0] - z[:, 1], y[:, 1] - y[:, 0]
-    )
+    return stack(*minor[:2], x[:, 0] - x[:, 1], minor[2], z[:, 0] - z[:, 1], y[:, 1] - y[:, 0])
 
 
 def stored_plane(a, b, c):
@@ -142,7 +141,9 @@ def test_what_is_stored_is_bit_for_bit_that_of_the_formulas_over_arrays(name, pr
     stored = preparation.prepared(made.prepare, corners, data, arithmetic, real)
     with np.errstate(all="ignore"):
         wanted = OVER_ARRAYS[name](*(v.astype(data).astype(arithmetic) for v in corners))
-        wanted = {k: v.astype(real if v.dtype.kind == "f" else np.uint32) for k, v in wanted.items()}
+        wanted = {
+            k: v.astype(real if v.dtype.kind == "f" else np.uint32) for k, v in wanted.items()
+        }
     assert list(stored.dtype.names) == list(wanted)
     for field, values in wanted.items():
         found = np.ascontiguousarray(stored[field])
@@ -229,7 +230,9 @@ def test_fields_are_those_of_the_dict_in_their_order_and_shape():
     assert preparation.stored_type(several, np.float64) == np.dtype(
         [("field", "f8"), ("four", "f8", (4,)), ("axis", "u4")], align=True
     )
-    stored = preparation.prepared(several, tuple(np.arange(9.0).reshape(3, 1, 3)), *[np.float32] * 3)
+    stored = preparation.prepared(
+        several, tuple(np.arange(9.0).reshape(3, 1, 3)), *[np.float32] * 3
+    )
     assert stored["field"] == 4 and stored["axis"] == 2
     assert stored["four"].tolist() == [[0, 3, 6, 7]]
 
@@ -279,11 +282,11 @@ def test_a_prepare_that_cannot_be_run_or_stored_is_told():
 
 
 def test_what_does_not_compile_is_told_in_one_line():
-    def listed(tri):
-        return {"field": sorted([tri.v0[0], "a"], key=str)[0] if tri.v0[0] > 9.0 else tri.v0[0]}
+    def called(tri):
+        return {"field": tri.v0[0].__abs__()}
 
-    with pytest.raises(RtbenchError, match="prepare 'listed' does not compile") as told:
-        preparation.prepared(listed, vertices(100), *[np.float32] * 3)
+    with pytest.raises(RtbenchError, match="prepare 'called' does not compile") as told:
+        preparation.prepared(called, vertices(100), *[np.float32] * 3)
     assert "\n" not in str(told.value)
 
 
@@ -294,6 +297,17 @@ def test_what_is_irrational_has_no_exact_form():
     ones = np.ones((1, 3))
     with pytest.raises(RtbenchError, match="root stores an irrational 'field'"):
         exact_records(prepares(root), (ones, ones, ones), ones, ones)
+
+
+def test_operations_of_preparing_are_those_counted_by_hand():
+    def counts(name):
+        return tuple(preparation_operations(KERNELS[name]).values())
+
+    # two edges; one cross product
+    assert counts("kensler_shirley_normal") == (0, 6 + 3, 6, 0, 0)
+    # two edges; three products; N.N; three distances of A and their signs; two vectors divided
+    assert counts("perpendicular_planes") == (2 + 3 * 2, 6 + 3 * 3 + 3, 3 * 6 + 3 + 3 * 3, 6, 0)
+    assert preparation_operations(KERNELS["moller1"]) is None
 
 
 def test_what_a_kernel_stores_is_known_without_numba():

@@ -389,7 +389,8 @@ def test_bad_input_leaves_no_process_behind(go):
 def test_what_disturbs_is_remarked_with_its_cure(go, monkeypatch):
     from rtbench.measure import machine
 
-    quiet = machine.load() | {"heavy_processes": 0, "busy": 0.0, "steal": 0.0, "sibling_busy": 0.0}
+    idle = {"heavy_processes": 0, "busy": 0.0, "steal": 0.0, "sibling_busy": 0.0}
+    quiet = machine.load() | idle | {"cpu_pressure": 0.0, "memory_available": 1 << 34}
     monkeypatch.setattr(machine, "load", lambda: quiet | {"loadavg": [9.0, 9.0, 9.0]})
     still = machine.fingerprint() | {"governor": "performance", "turbo": "off"}
     monkeypatch.setattr(machine, "fingerprint", lambda: still)

@@ -1,0 +1,180 @@
+"""The loops around a kernel taken in lanes: pairs, packets of rays, groups of triangles.
+
+Havel 2008, sections 4.2.2 (Text 3), 4.2.3 to 4.2.5 and 5.1.3. In every form each lane does what
+the scalar loops of `rtbench.compiled.loops` do, operation by operation. Two things may differ in
+the last place where division comes last, since there tmax times a denominator is rounded: with
+groups of triangles, and with triangles sorted by axis, a lane's tmax is not yet that of the
+nearest hit of all triangles of lower index.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import inspect
+
+import numpy as np
+from numba.core.errors import NumbaError
+
+from rtbench.compiled import (
+    lanes,
+    packet_loops,
+    packing,
+    sources,
+    syntax,
+    vector_functions,
+    vectors,
+)
+from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate
+from rtbench.compiled.layout import REAL_TYPE
+from rtbench.compiled.packing import Packing
+from rtbench.compiled.sources import dtype_source, named
+from rtbench.errors import RtbenchError
+from rtbench.kernels.contract import NO_T, ZERO, Kernel
+
+NAMES = ("any_lane", "choose", "column", "first_lane", "flipped", "lane", "least", "lesser")
+NAMES += ("next_up", "opposite", "reciprocal", "row", "spread", "store")
+
+
+@functools.cache
+def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Instance:
+    """Return the compiled loop over a kernel in lanes.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        One that takes tmax and does not branch but for exits; these become masks.
+    precision : str
+        float32 or float64.
+    chosen : Packing
+    count : int
+        With layout soa: how many triangles (form triangles), rays (rays) or pairs there are, as
+        `packing.fill_triangles` and `fill_rays` lay them out.
+
+    Returns
+    -------
+    Instance
+        ``call(triangles, rays, first, second, outcome, t, u, v)``: records of `packing`, uint64
+        indices of packets, blocks or (form triangles) rays, and the outputs: (P, W), in form
+        triangles (R,), u and v of no length where the kernel does not return them. outcome is 0
+        for a hit and 1 for a miss in form pairs, else the index of the nearest triangle, -1 for
+        none; t is then the ray's tmax, u and v 0.
+
+    Raises
+    ------
+    RtbenchError
+        For a kernel that cannot be taken in lanes, and what `Packing` does not allow.
+    """
+    packing.check_precision(precision, chosen.reciprocal)
+    kept = lanes.masked(kernel, chosen.exit)
+    triangle = packing.triangle_type(kernel, precision, chosen, count)
+    ray = packing.ray_type(kernel, precision, chosen, count)
+    sides = packing.tri_side(kernel, chosen, triangle), packing.ray_side(chosen, ray)
+    estimate = chosen.reciprocal == "estimate"
+    in_soa = chosen.layout == "soa"
+    entry = f"{kernel.name}_{chosen.form}"
+    constants = {
+        "REAL": f"np.{REAL_TYPE[precision].__name__}",
+        "WIDTH": str(chosen.width),
+        "RETURNS_THREE": str(len(kernel.outputs) == 3),
+        "SORTED": str(packing.is_sorted(kernel, chosen)),
+        "TRIANGLE": dtype_source(triangle),
+        "RAY": dtype_source(ray),
+        "VECTORS": repr(_vectors_digest()),
+    }
+    constants |= {
+        f"TABLE_{name.upper()}": f"np.array({values}, np.uint32)"
+        for name, values in packing.axis_fields(kernel).items()
+        if chosen.axes == "table"
+    }
+    taken = {*constants, *HEADER_NAMES, *NAMES, "test", "start", entry}
+    found = {"ZERO": ZERO, "NO_T": NO_T} | syntax.outside_names(kernel)
+    told, helpers = sources.outside(f"kernel {kernel.name!r}", found, taken - {"flipped"})
+    constants |= told
+
+    def source(function: ast.FunctionDef, name: str) -> str:
+        return named(syntax.typed(lanes.in_lanes(function, *sides, estimate)), name)
+
+    if in_soa:
+        kept.args.args.append(ast.arg("start"))
+    tests = {"test": source(kept, "test")}
+    if chosen.axes == "fixed" and packing.axis_fields(kernel):
+        tests = {f"test_{axis}": _fixed(tests["test"], kernel, axis) for axis in range(3)}
+    real = constants["REAL"].removeprefix("np.")
+    outputs = "[::1]" if chosen.form == "triangles" else "[:, ::1]"
+    try:
+        return instantiate(
+            source(packet_loops.placed(chosen, list(tests), count), entry),
+            callees=(*(source(each, name) for name, each in helpers.items()), *tests.values()),
+            constants=constants,
+            signature=(
+                "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], "
+                f"int32{outputs}, {real}{outputs}, {real}{outputs}, {real}{outputs})"
+            ),
+            title=_title(kernel, precision, chosen),
+            forceinline=True,
+            imports=f"from rtbench.compiled.vector_functions import {', '.join(NAMES)}",
+        )
+    except NumbaError as problem:
+        lines = [line for line in str(problem).splitlines() if line.strip()]
+        told = next((line for line in lines if not line.startswith("Failed in")), lines[0])
+        raise RtbenchError(f"kernel {kernel.name!r} does not compile in lanes: {told}") from problem
+
+
+def run_once(
+    instance: Instance,
+    kernel: Kernel,
+    precision: str,
+    chosen: Packing,
+    records: tuple[np.ndarray, np.ndarray],
+    count: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Run a loop once over all packets, blocks or rays.
+
+    Parameters
+    ----------
+    instance : Instance
+        What `loop` made of the kernel, precision and packing.
+    kernel, precision, chosen
+        What it was made of.
+    records : two structured arrays
+        Triangles and rays as `packing` fills them.
+    count : int
+        How many rays or pairs they hold.
+
+    Returns
+    -------
+    outcome, t, u, v
+        As `loop` says: (P, W), or (R,) with groups of triangles; u and v of no length where the
+        kernel does not return them.
+    """
+    alone = chosen.form == "triangles"
+    shape = (count,) if alone else (count // chosen.width, chosen.width)
+    none = (0,) * len(shape)
+    real = REAL_TYPE[precision]
+    outcome, t = np.full(shape, -2, np.int32), np.zeros(shape, real)
+    u, v = (np.zeros(shape if len(kernel.outputs) == 3 else none, real) for _ in range(2))
+    places = np.arange(shape[0], dtype=np.uint64)
+    instance.call(*records, np.zeros(1, np.uint64), places, outcome, t, u, v)
+    return outcome, t, u, v
+
+
+def _vectors_digest() -> str:
+    """Return a digest of what a generated module imports and does not hold itself."""
+    sources = [inspect.getsource(each) for each in (vectors, vector_functions)]
+    return hashlib.sha256("".join(sources).encode()).hexdigest()[:16]
+
+
+def _title(kernel: Kernel, precision: str, chosen: Packing) -> str:
+    what = [f"{kernel.name} in {precision}", f"{packing.FORMS[chosen.form]}, W = {chosen.width}"]
+    what += [f"{chosen.packet} packets"] if chosen.form == "rays" else []
+    what += [f"records: {chosen.layout}", f"exit: {chosen.exit}", f"axes: {chosen.axes}"]
+    return "; ".join([*what, f"reciprocal: {chosen.reciprocal}"])
+
+
+def _fixed(text: str, kernel: Kernel, axis: int) -> str:
+    """Return the test of one axis of projection, its axes written out."""
+    for name, values in packing.axis_fields(kernel).items():
+        text = text.replace(f"FIXED_{name.upper()}", str(values[axis]))
+    return text.replace("def test(", f"def test_{axis}(")
