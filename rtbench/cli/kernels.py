@@ -54,7 +54,7 @@ def command(context, form, every):
     if form == "json":
         click.echo(json.dumps(list_kernels(), indent=2, ensure_ascii=False))
         return
-    from rtbench.report.tables import render
+    from rtbench.report.tables import Table
 
     kernels = all_kernels().values()
     shown = [each for each in kernels if every or each.name == each.function.__name__]
@@ -71,13 +71,14 @@ def command(context, form, every):
                 "padded": known["bytes_per_triangle_padded"],
             }
         )
-    click.echo(render(rows, list(COLUMNS), form))
-    if not every:
-        click.echo(
-            f"{len(rows)} of {len(kernels)} kernels; the others are these with other endings, or "
-            "return u and v too: see --all",
-            err=True,
-        )
+    notes = [
+        f"{len(rows)} of {len(kernels)} kernels, each as it returns t alone; the others are these "
+        "with other endings, or return u and v too: see --all"
+    ]
+    left_out = "endings" if every else "outputs"
+    columns = [name for name in COLUMNS if name != left_out]
+    table = Table("kernels", rows, columns, notes=[] if every else notes)
+    click.echo(table.render(form))
 
 
 def _endings(kernel) -> list[str]:
@@ -132,6 +133,7 @@ def show(name, asm, precision, layout):
     for title, counts in (
         ("operations", known["operations"]),
         ("vectors", known["vector_operations"]),
+        *([("preparing", known["preparation"])] if kernel.prepare else []),
     ):
         told = (
             "no tree bounds them"

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from copy import copy as shallow
 from types import FunctionType, ModuleType
 
-from rtbench.compiled.weave import INSTEAD, names, nodes, woven
+from rtbench.compiled.nodes import names, nodes
+from rtbench.compiled.weave import INSTEAD, woven
 from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import ARGUMENTS, Kernel
 

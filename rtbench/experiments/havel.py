@@ -18,7 +18,7 @@ from rtbench.experiments.verdicts import (
     within,
 )
 from rtbench.records import derive
-from rtbench.records.resampling import Estimate, ratio
+from rtbench.records.resampling import Estimate, mean, median, ratio, seed_of
 from rtbench.records.run import Run
 
 THESIS = "Havel 2008"
@@ -92,6 +92,44 @@ def _level_in_the_worst_case(runs):
     found = runs["5.3"].compared("moller_trumbore_last_whole_uv", "kensler_shirley_last_whole_uv")
     return decided([within(found, 1 - LEVEL, 1 + LEVEL)]), (
         f"Möller-Trumbore/Kensler-Shirley {shown(found)}; level is within {LEVEL:.0%}"
+    )
+
+
+def _packet(run: Soups, kernel: str, width: int) -> Estimate:
+    """Return ns a test of a kernel in general packets of W rays at the first angle."""
+    config = run.run.info["config"]
+    layout = config["layout"] if width == 1 else "blocks"
+    which = {"form": "rays", "packet": config["packets"][0], "angle": config["angles"][0]}
+    which |= {"width": width, "exit": "none", "axes": "stored", "reciprocal": "division"}
+    which |= {"kernel": kernel, "layout": layout}
+    columns = [*which, "density"]
+    cells = derive.cells(run.run, columns)
+    costs = [
+        median(derive.times(cells[(*which.values(), density)]), seed_of(run.run.name))
+        for density in run.ratios
+    ]
+    return mean(costs)
+
+
+def _projection_in_packets(runs):
+    run = runs["5.1.3"]
+    widest = max(run.run.info["config"]["widths"])
+    lead = ratio(
+        _packet(run, "kensler_shirley_uv", widest), _packet(run, "wald_uv", widest), paired=True
+    )
+    planes = {
+        width: ratio(
+            _packet(run, "wald_uv", width),
+            _packet(run, "perpendicular_planes_uv", width),
+            paired=True,
+        )
+        for width in (1, widest)
+    }
+    sides = [side(lead, 1 + LEVEL), 1 if side(planes[widest], 1 + LEVEL) == -1 else 0]
+    sides[1] = -1 if side(planes[widest], 1 + LEVEL) == 1 else sides[1]
+    return decided(sides), (
+        f"packets of {widest}: Kensler-Shirley/Wald {shown(lead)}; Wald/perpendicular planes "
+        f"{shown(planes[widest])}, ray by ray {shown(planes[1])}"
     )
 
 
@@ -251,6 +289,13 @@ STATEMENTS = (
         "for single rays projection costs more than its simpler formulas save",
         ("5.1.2",),
         _projection_single,
+    ),
+    Statement(
+        "5.1.3",
+        "in packets projection is no problem: Wald is level with perpendicular planes, and "
+        "Kensler-Shirley falls behind",
+        ("5.1.3",),
+        _projection_in_packets,
     ),
     Statement(
         "5.2",

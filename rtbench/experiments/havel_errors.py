@@ -41,8 +41,8 @@ def order_of_errors(runs: Mapping[str, Soups]) -> tuple[str, str]:
     good = single.between(1e-7, 1e-5).all() and double.between(1e-16, 1e-13).all()
     return (CONFIRMED if good else REFUTED), (
         f"means from {single.min():.2g} to {single.max():.2g} in single and from "
-        f"{double.min():.2g} to {double.max():.2g} in double "
-        "precision (confirmed within a factor of 10 of 1e-6, and of 100 of 1e-14: his double-precision reference had errors of its own)"
+        f"{double.min():.2g} to {double.max():.2g} in double precision (confirmed within a factor "
+        "of 10 of 1e-6, and of 100 of 1e-14: his double-precision reference had errors of its own)"
     )
 
 

@@ -30,18 +30,23 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     """
     from rtbench.report.charts.break_even import break_even_chart
     from rtbench.report.charts.break_even_map import break_even_map
+    from rtbench.report.charts.compilers import compilers_chart
     from rtbench.report.charts.density import density_chart
     from rtbench.report.charts.drift import drift_chart
     from rtbench.report.charts.errors import errors_chart
     from rtbench.report.charts.latency import latency_chart
     from rtbench.report.charts.outcomes import outcomes_chart
+    from rtbench.report.charts.packets import packets_chart
+    from rtbench.report.charts.packing import has_packings, packing_chart
     from rtbench.report.charts.penalty import penalty_chart
     from rtbench.report.charts.soup import soup_chart
+    from rtbench.report.charts.spread import has_spread, spread_chart
     from rtbench.report.charts.stages import stages_chart
     from rtbench.report.charts.working_set import working_set_chart
 
     own = {"stages": stages_chart, "working_set": working_set_chart, "latency": latency_chart}
     own |= {"soup": soup_chart, "break_even": break_even_map}
+    own |= {"compilers": compilers_chart, "packets": packets_chart}
     experiment = run.info.get("experiment")
     found = {}
     if experiment in own:
@@ -51,6 +56,10 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     else:
         for part in cells.parts(run):
             found["density" + part.suffix] = density_chart(run, part)
+    if experiment == "packets" and has_spread(run):
+        found["spread"] = spread_chart(run)
+    if experiment == "packets" and has_packings(run):
+        found["packing"] = packing_chart(run)
     if run.info.get("break_even"):
         found["break_even"] = break_even_chart(run)
     if (run.info.get("fit") or {}).get("points"):

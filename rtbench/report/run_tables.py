@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rtbench.errors import RtbenchError
 from rtbench.records.tabular import reason, replace
 from rtbench.report.layouts.break_even import break_even_tables
+from rtbench.report.layouts.compilers import compilers_tables
 from rtbench.report.layouts.density import time_tables
 from rtbench.report.layouts.errors import error_tables
 from rtbench.report.layouts.experiments import (
@@ -17,6 +18,7 @@ from rtbench.report.layouts.experiments import (
     working_set_table,
 )
 from rtbench.report.layouts.outcomes import operations_table, outcomes_table
+from rtbench.report.layouts.packets import packets_tables
 from rtbench.report.layouts.soup import soup_tables
 from rtbench.report.tables import SUFFIXES, Table
 
@@ -30,7 +32,12 @@ _OWN_LAYOUT = {
     "working_set": working_set_table,
     "latency": latency_table,
 }
-_OWN_LAYOUTS = {"soup": soup_tables, "break_even": break_even_tables}
+_OWN_LAYOUTS = {
+    "soup": soup_tables,
+    "break_even": break_even_tables,
+    "compilers": compilers_tables,
+    "packets": packets_tables,
+}
 
 
 def tables_of(run: "Run") -> list[Table]:
@@ -46,13 +53,18 @@ def tables_of(run: "Run") -> list[Table]:
     list of Table
         Empty if nothing was measured or counted yet.
     """
-    own = _OWN_LAYOUT.get(run.info.get("experiment"))
-    several = _OWN_LAYOUTS.get(run.info.get("experiment"), time_tables)
-    found = [own(run)] if own else several(run)
-    # Where every pair hits, as for stages, a count of outcomes says nothing.
+    experiment = run.info.get("experiment")
+    own, several = _OWN_LAYOUT.get(experiment), _OWN_LAYOUTS.get(experiment)
+    found = [own(run)] if own else (several or time_tables)(run)
+    # Where every pair hits, as for stages, or pairs stand beside rays, as for packets, a count of
+    # outcomes says nothing.
     outcomes = outcomes_table(run)
     timed = "ns_per_test" in outcomes.columns
-    found += [penalty_table(run), *([outcomes] if timed or not own else []), operations_table(run)]
+    found += [
+        penalty_table(run),
+        *([outcomes] if timed or not (own or several) else []),
+        operations_table(run),
+    ]
     found += error_tables(run)
     return [table for table in found if table.rows]
 

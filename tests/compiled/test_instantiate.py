@@ -213,7 +213,7 @@ def test_the_digest_of_machine_code_does_not_hang_on_folder_process_or_file(tmp_
     told = [fresh_process(ONE_LOOP, tmp_path / name) for name in ("a", "b/c")]
     assert told[0] == told[1]
     first = KERNELS["moller1"]
-    before = loop(KERNELS["badouel"], "float64", "own")  # numbers the types otherwise
+    before = loop(KERNELS["badouel_uv"], "float64", "own")  # numbers the types otherwise
     assert loop(first).code_digest == told[0][1] != before.code_digest
 
 

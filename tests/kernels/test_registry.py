@@ -274,7 +274,7 @@ def test_literals_do_not_make_float64_of_float32(tmp_path):
     assert widens(whole.assembly)
     # The forms that return most, one an ending or a whole listing: what the others do is in them.
     for name, kernel in all_kernels().items():
-        if name in LISTINGS or name.startswith("wald") and name.endswith("_uv"):
+        if name in LISTINGS or (name.startswith("wald") and name.endswith("_uv")):
             assert not widens(loop(kernel, layout="own").assembly), name
 
 

@@ -18,6 +18,11 @@ def soup_runs():
     return _module("soup_runs")
 
 
+@pytest.fixture(scope="session")
+def packet_runs():
+    return _module("packet_runs")
+
+
 def _module(name: str):
     spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     module = importlib.util.module_from_spec(spec)
@@ -26,14 +31,14 @@ def _module(name: str):
 
 
 @pytest.fixture
-def make(sample_runs, soup_runs, tmp_path):
+def make(sample_runs, soup_runs, packet_runs, tmp_path):
     """Return a function that writes a run of an experiment and loads it."""
 
     def write_and_load(experiment: str, name: str = "", **options):
         folder = tmp_path / (name or f"a-{experiment}")
-        if experiment in ("soup", "break_even"):
-            write = getattr(soup_runs, f"{experiment}_run")
-            return load_run(write(folder, sample_runs.write_run, **options))
+        for module in (soup_runs, packet_runs):
+            if write := getattr(module, f"{experiment}_run", None):
+                return load_run(write(folder, sample_runs.write_run, **options))
         return load_run(getattr(sample_runs, f"{experiment}_run")(folder, **options))
 
     return write_and_load

@@ -15,6 +15,8 @@ from rtbench.report import plots
         ("latency", ["latency", "drift"]),
         ("soup", ["soup", "drift"]),
         ("break_even", ["break_even_map", "break_even", "drift"]),
+        ("compilers", ["compilers", "drift"]),
+        ("packets", ["packets", "spread", "packing", "drift"]),
     ],
 )
 def test_which_charts_an_experiment_has(make, experiment, names):

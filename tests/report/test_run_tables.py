@@ -19,6 +19,8 @@ from rtbench.report.run_tables import render_all, tables_of, write_tables
         ("latency", ["latency"]),
         ("soup", ["soup", "stored"]),
         ("break_even", ["break_even", "cheapest", "costs"]),
+        ("compilers", ["compilers", "answers"]),
+        ("packets", ["packets", "spread", "layouts", "axes", "reciprocal"]),
     ],
 )
 def test_which_tables_an_experiment_has(make, experiment, names):

@@ -8,6 +8,7 @@ import pytest
 from numba import njit
 
 from rtbench.accuracy.exact import HIT, MISS
+from rtbench.compiled import preparation
 from rtbench.kernels.stored_plane import stored_plane
 from rtbench.workloads import draws, safety
 
@@ -103,7 +104,8 @@ def wrong_on_kept(portions):
     kept = 0
     for items in portions:
         triangles, _, dir = safety.lines(items)
-        plane = stored_plane(*(triangles[:, k] for k in range(3)))
+        corners = tuple(triangles[:, k] for k in range(3))
+        plane = preparation.prepared(stored_plane, corners, *[np.float32] * 3)
         stored = (plane[name] for name in ("normal", "d", "i1", "i2"))
         kept += count_wrong(items, dir, *stored, safety.classify(items), wrong)
     return kept, dict(zip(("moller", "badouel", "chirkov"), wrong.tolist(), strict=True))

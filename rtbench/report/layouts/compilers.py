@@ -1,5 +1,6 @@
 """Tables of what LLVM compiles for and may do with floats: times, and the answers that differ."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rtbench.report import cells, machine
@@ -61,13 +62,14 @@ def compilers_table(run: "Run") -> Table:
     there, differ = targets(run, frame), other_answers(run)
     methods = methods_of(run, cells.kernels(frame))
     common, words = told_apart(list(methods.values()))
-    most = usual_decimals(frame.to_dict("records"))
     rows, raw, seen = [], [], set()
     for group, _ in variants(frame):
         for kernel in methods:
             block = cells.where(frame, kernel=kernel, **group)
-            for facts, part in cells.groups(block, ("density", "flags")):
+            most = _decimals(block)
+            for facts, part in _lines(block):
                 row = {"kernel": methods[kernel].base, "ending": words[kernel], **group, **facts}
+                row["density"] = _ratio(facts["density"])
                 for cell in part.to_dict("records"):
                     counted = differ.get(tuple(cell.get(name) for name in _KEY), {})
                     mark = mark_of(counted)
@@ -121,7 +123,8 @@ def answers_table(run: "Run") -> Table:
         kernel, precision, density, target, flag = key
         facts = {"precision": precision, "density": density, "flags": flag}
         named = {"kernel": methods[kernel].base, "ending": words[kernel]}
-        row = rows.setdefault((kernel, *facts.values()), named | facts)
+        shown = named | facts | {"density": _ratio(density)}
+        row = rows.setdefault((kernel, *facts.values()), shown)
         triangles, ts = counted["other_hits"], counted["other_t"]
         marked = f"{triangles:,}{OTHER_TRIANGLE if triangles else ''} / {ts:,}"
         row[target] = Cell(ts, marked if mark_of(counted) else "0")
@@ -184,10 +187,27 @@ def told_apart(methods: list[Method]) -> tuple[str, dict[str, str]]:
     }
 
 
+def _lines(block: "DataFrame") -> Iterator[tuple[dict, "DataFrame"]]:
+    """Yield hit ratio and flags, from the strictest on, and the rows of both."""
+    for facts, part in cells.groups(block, ("density",)):
+        for name in flags(part):
+            yield facts | {"flags": name}, cells.where(part, flags=name)
+
+
+def _decimals(block: "DataFrame") -> int:
+    """Return the decimals of a kernel's times: with more than three digits a row is too wide."""
+    widest = 2 if block["ns_per_test"].max() < 10 else 1
+    return min(usual_decimals(block.to_dict("records")), widest)
+
+
+def _ratio(density) -> Cell:
+    return Cell(density, cells.density_text(density))
+
+
 def _time(cell: dict, most: int, mark: str) -> Cell:
     ends = cell["ns_per_test"], cell.get("ci_low"), cell.get("ci_high")
-    words = [measured(*ends, most).text, interval(*ends, most), mark]
-    return Cell(cell["ns_per_test"], " ".join(filter(None, words)))
+    words = [measured(*ends, most).text, interval(*ends, most)]
+    return Cell(cell["ns_per_test"], " ".join(filter(None, words)) + mark)
 
 
 def _marks(seen: set[str], there: list[str]) -> list[str]:

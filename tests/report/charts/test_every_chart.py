@@ -40,6 +40,13 @@ CASES = {
     "break_even": {},
     "break_even_at_one_size": {"sizes": (512,)},
     "break_even_in_two_precisions": {"precisions": ("float32", "float64")},
+    "compilers": {},
+    "compilers_in_two_precisions": {"precisions": ("float32", "float64"), "ratios": (0.5,)},
+    "compilers_with_other_hits": {"other_hits": [("wald_last_uv", "avx2", "fast", 3)]},
+    "packets": {},
+    "packets_in_two_precisions": {"precisions": ("float32", "float64")},
+    "packets_of_one_width": {"widths": (16,), "packings": False, "ratios": (0.5,)},
+    "packets_single": {"processes": 1, "rounds": 1, "angles": (10.0,), "packets": ("general",)},
 }
 # What these count is no time.
 UNITS = {
@@ -47,6 +54,7 @@ UNITS = {
     "soup": "million tests per second",
     "break_even": "rays per triangle",
     "break_even_map": "rays per triangle",
+    **dict.fromkeys(("compilers", "packets", "spread", "packing"), "million tests per second"),
 }
 
 
