@@ -144,11 +144,10 @@ def stored(node: ast.AST) -> set[str]:
     return names(node)[1]
 
 
-@functools.cache
 def outside_names(kernel: Kernel) -> dict[str, object]:
     """Return what a kernel and its helpers read from their modules: names and values.
 
-    Functions stand after those that they call. Treat the dict as read-only.
+    Functions stand after those that they call.
 
     Raises
     ------
