@@ -1,6 +1,5 @@
 """Speed by what LLVM compiles for and may do with floats: a row a target, a mark a set of flags."""
 
-import itertools
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
@@ -78,8 +77,8 @@ def compilers_chart(run: "Run") -> Figure:
     for panel in axes[-1]:
         panel.set_xlabel(SPEED)
     keys = _keys(run, frame, there)
-    columns = len(keys) // 2 if len(keys) > len(flags(frame)) else len(keys)
-    figure.legend(handles=keys, loc="outside lower center", ncols=columns, columnspacing=1.2)
+    columns = 2 if len(keys) > len(flags(frame)) else len(keys)
+    figure.legend(handles=keys, loc="outside lower center", ncols=columns)
     style.head(figure, str(run.info.get("title") or "Compilers"), _subtitle(run, frame))
     return figure
 
@@ -183,7 +182,7 @@ def _name_rows(axes: list[Axes], run: "Run", names: list[str], there: list[str])
 
 
 def _keys(run: "Run", frame: "DataFrame", there: list[str]) -> list[Line2D]:
-    """Return the legend: a line for flags by colour and shape, one for answers by filling."""
+    """Return the legend: flags by colour and shape, beside them other answers by filling."""
     keys = []
     for name in flags(frame):
         shape, color = _LOOKS.get(name, ("v", style.GREY))
@@ -199,10 +198,9 @@ def _keys(run: "Run", frame: "DataFrame", there: list[str]) -> list[Line2D]:
     if not found - {""}:
         return keys
     marked = [Line2D([], [], **grey, **told[k][0], label=told[k][1]) for k in told if k in found]
-    nothing = Line2D([], [], linestyle="none", label="")
-    # A legend is filled column by column.
-    pairs = itertools.zip_longest(keys, marked, fillvalue=nothing)
-    return [key for pair in pairs for key in pair]
+    nothing = [Line2D([], [], linestyle="none", label="")] * abs(len(keys) - len(marked))
+    # A legend is filled column by column: flags in the first, fillings in the second.
+    return [*keys, *nothing, *marked] if len(keys) < len(marked) else [*keys, *marked, *nothing]
 
 
 def _subtitle(run: "Run", frame: "DataFrame") -> str:

@@ -44,6 +44,7 @@ def packets_chart(run: "Run") -> Figure:
     ratios = cells.densities(cells.where(frame, form=base["form"]))
     bars = _bars(frame, base)
     names = fastest_first(frame, base)
+    gains = packed.Gains(run)
     most = top(_shown(frame, base, bars) or frame.to_dict("records"))
     row = _PITCH * len(bars) + _BETWEEN
     figure, axes = style.panels(
@@ -58,7 +59,7 @@ def packets_chart(run: "Run") -> Figure:
         for panel, ratio in zip(line, ratios, strict=True):
             block = cells.where(frame, density=ratio, **form)
             for place, name in enumerate(names):
-                _kernel(panel, place, cells.where(block, kernel=name), base, bars, most)
+                _kernel(panel, place, cells.where(block, kernel=name), base, bars, gains, most)
             panel.set_title(", ".join(filter(None, [hit_ratio(run, ratio), words])))
             panel.grid(axis="x")
         name_kernels(line, run, names)
@@ -66,9 +67,7 @@ def packets_chart(run: "Run") -> Figure:
     for panel in axes[-1]:
         panel.set_xlabel(SPEED)
     keys = [Patch(**_fill(bar, bars), label=_words(bar)) for bar in bars]
-    figure.legend(
-        handles=keys, loc="outside lower center", ncols=len(keys) if len(ratios) > 1 else 2
-    )
+    figure.legend(handles=keys, loc="outside lower center", ncols=3 if len(ratios) > 1 else 2)
     kind = f"{base['packet']} packets, {base['angle']:g}° wide" if base["packet"] else ""
     style.head(
         figure, str(run.info.get("title") or "Packets"), subtitle(run, frame, kind, _NUMBERS)
@@ -137,7 +136,13 @@ def _bars(frame: "DataFrame", base: dict) -> list[tuple[int, str]]:
 
 
 def _kernel(
-    panel: Axes, place: int, block: "DataFrame", base: dict, bars: list, most: float
+    panel: Axes,
+    place: int,
+    block: "DataFrame",
+    base: dict,
+    bars: list,
+    gains: packed.Gains,
+    most: float,
 ) -> None:
     thick = _PITCH / (_PITCH * len(bars) + _BETWEEN)
     scalar = packed.cell(block, base, width=packed.SCALAR)
@@ -159,7 +164,7 @@ def _kernel(
         )
         if scalar and width == max(bars)[0]:
             panel.annotate(
-                f"{middle / packed.speed(scalar).middle:.1f}x",
+                f"{gains.of(scalar, found).middle:.1f}x",
                 (min(high or middle, most), at),
                 xytext=(3, 0),
                 textcoords="offset points",

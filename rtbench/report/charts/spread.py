@@ -90,7 +90,7 @@ def spread_chart(run: "Run") -> Figure:
             [], [], color=style.GREY, linewidth=0.9, linestyle=_WITHOUT, label="without the exit"
         )
     )
-    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
+    figure.legend(handles=keys, loc="outside lower center", ncols=3)
     shown = cells.where(lanes, kernel=names[0]) if len(names) == 1 else lanes
     about = [f"packets of {base['width']}; full lines: with the any-lane exit"]
     if len(names) < len(everyone):

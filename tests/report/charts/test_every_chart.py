@@ -76,6 +76,7 @@ def drawn(figure):
 def texts(figure):
     """Return every text that is seen: heads, titles, labels, ticks within the scale, legends."""
     found = list(figure.texts)
+    found += [text for legend in figure.legends for text in legend.get_texts()]
     for axes in figure.axes:
         found += [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, *axes.texts]
         found += axes.get_legend().get_texts() if axes.get_legend() else []
