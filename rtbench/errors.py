@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+MANY, FEW = 40, 6  # names that a line can hold, and that are told where it cannot
+
 
 class RtbenchError(Exception):
     """Bad input, told in one line; exit code 2."""
@@ -45,9 +47,13 @@ def unknown(what: str, value: str, allowed: Iterable[str]) -> str:
     Returns
     -------
     str
-        What, the value, the nearest valid name where one is near, and all that are allowed.
+        What, the value, the nearest valid name where one is near, and all that are allowed, or,
+        of very many, the next nearest.
     """
     names = sorted(allowed)
-    near = difflib.get_close_matches(value.lower(), names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(value.lower(), names, n=FEW, cutoff=0.5)
     hint = f"; did you mean {near[0]!r}?" if near else ""
+    if len(names) > MANY:
+        listed = ", ".join(near[1:] or names[:FEW])
+        return f"unknown {what} {value!r}{hint} ({len(names)} are allowed, among them {listed})"
     return f"unknown {what} {value!r}{hint} (allowed: {', '.join(names)})"

@@ -80,7 +80,8 @@ def rays(triangles, rays, first, second, outcome, t, u, v):
                     limit = choose(nearer, next_up(result[1]), limit)
                 else:
                     result = test(tri, ray, tmax, start)
-                    nearer = result[0]
+                    # A kernel that compares numerators may call a tie nearer; t decides.
+                    nearer = result[0] & (result[1] < tmax)
                 hit = choose(nearer, tri.index, hit)
                 tmax = choose(nearer, result[1], tmax)
                 if RETURNS_THREE:
@@ -113,7 +114,8 @@ def triangles(triangles, rays, first, second, outcome, t, u, v):
                     limit = choose(nearer, next_up(result[1]), limit)
                 else:
                     result = test(tri, ray, tmax, start)
-                    nearer = result[0]
+                    # A kernel that compares numerators may call a tie nearer; t decides.
+                    nearer = result[0] & (result[1] < tmax)
                 hit = choose(nearer, tri.index, hit)
                 tmax = choose(nearer, result[1], tmax)
                 if RETURNS_THREE:

@@ -63,9 +63,7 @@ def imports(found: dict[str, object]) -> tuple[str, dict[str, str]]:
         return "", {}
     ((module, name),) = {(module, name) for name, module in names.items()}
     text = Path(find_spec(module).origin).read_bytes()
-    return f"from {module} import {name}", {
-        "IMPORTED": repr(hashlib.sha256(text).hexdigest()[:16])
-    }
+    return f"from {module} import {name}", {"IMPORTED": repr(hashlib.sha256(text).hexdigest()[:16])}
 
 
 def _is_imported(value: object) -> bool:

@@ -11,8 +11,9 @@ import inspect
 
 from rtbench.compiled.nodes import names, nodes
 from rtbench.errors import RtbenchError
-from rtbench.kernels import endings
 from rtbench.kernels.contract import OUTPUTS
+from rtbench.kernels.endings import Ending
+from rtbench.kernels.pieces import pieces as pieces_given
 
 INSTEAD = (OUTPUTS["point"], OUTPUTS["normal"])
 """What a kernel may return in place of t, u, v."""
@@ -22,7 +23,7 @@ PIECES = ("DENOMINATOR", "T", "B", "C", "A", "AREA", "NORMAL_X", "NORMAL_Y", "NO
 def woven(
     pieces: ast.FunctionDef,
     text: ast.FunctionDef,
-    ending: endings.Ending,
+    ending: Ending,
     instead: tuple[str, ...] | None = None,
 ) -> ast.FunctionDef:
     """Return the function that an ending makes of a method's pieces.
@@ -74,7 +75,7 @@ class _Woven:
     def __init__(
         self,
         method: str,
-        ending: endings.Ending,
+        ending: Ending,
         lines: list[ast.stmt],
         given: dict[str, ast.expr],
     ) -> None:
@@ -153,7 +154,7 @@ def _given(pieces: ast.FunctionDef) -> dict[str, ast.expr]:
             "in return pieces(...)"
         )
     words = {word.arg: word.value for word in called.keywords}
-    bound = inspect.signature(endings.pieces).bind(*called.args, **words).arguments
+    bound = inspect.signature(pieces_given).bind(*called.args, **words).arguments
     if "normal" in bound:
         normal = bound.pop("normal")
         bound |= dict(zip(("normal_x", "normal_y", "normal_z"), normal.elts, strict=True))

@@ -3,7 +3,7 @@
 Havel 2008, sections 3.4.1 and 4.3.3, right as printed. `badouel` is the listing of Blecha 2007.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.stored_plane import stored_plane
 
 

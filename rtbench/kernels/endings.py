@@ -1,33 +1,15 @@
 """How a method's pieces become a test: division first or last, order of the tests, early exit.
 
-Havel 2008, section 4.2.4 (Text 8 and 9): a method is four pieces, a denominator and the numerators
-of t and of the weights of v1 and v2; where the division stands and what is tested when are endings
-that all methods share. A method gives its pieces once::
-
-    @method(title=..., method=..., source=...)
-    def my_method(tri, ray):
-        ...
-        return pieces(denominator, t, b, c)
-
-and every ending below is woven with them (`rtbench.compiled.weave`): where an ending reads a name
-in capitals, the statements that this piece needs, and that are not there yet, are put before it.
-
-A method that meets the triangle's plane first takes ``(tri, ray, along, scale)`` and writes its
-point as ``ray.orig * scale + ray.dir * along``. With the division first that is O + t D (scale is
-1 and drops out); with the division moved it is the same point times the denominator. So b and c
-are divided by scale, in any ending. Pieces named in ``pieces(...)``:
-
-``area``
-    A second denominator of b and c (Badouel's and Keidy's second division).
-``a``
-    The weight of v0, where the method tests three signs rather than b + c <= 1.
-``normal``
-    (x, y, z) of a normal of the triangle, of any length, where the method has one.
+Havel 2008, section 4.2.4 (Text 8 and 9): a method is four pieces (`rtbench.kernels.pieces`); where
+the division stands and what is tested when are endings that all methods share, written once, here.
+A method's pieces are woven into each (`rtbench.compiled.weave`): where an ending reads a name in
+capitals, the statements that this piece needs, and that are not there yet, are put before it.
 
 Where a test is left early, conditions that belong together are one comparison of a least value, as
 Text 9 makes one of signs: the compiler turns ``a and b``, and ``a & b`` too, into two branches,
 each of which can be mispredicted. The difference comes first in ``min``, which returns it where it
-is NaN.
+is NaN; where the weight of v0 stands there, the test of the denominator keeps NaN out.
+
 All comparisons fail on NaN, so that a zero denominator, an infinity or a NaN is a miss. With the
 division moved an infinite denominator has to be refused: b + c <= infinity would hold. Text 9 as
 printed keeps none of this, see `text9`.
@@ -35,23 +17,12 @@ printed keeps none of this, see `text9`.
 
 from __future__ import annotations
 
-import ast
 import inspect
 import math
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rtbench.kernels.contract import (
-    ARGUMENTS,
-    HIT,
-    NO_T,
-    ONE,
-    STORED,
-    ZERO,
-    Kernel,
-    check_name,
-)
+from rtbench.kernels.contract import HIT, NO_T, ONE, ZERO
 
 INFINITY = math.inf
 
@@ -59,10 +30,8 @@ INFINITY = math.inf
 DENOMINATOR = T = A = B = C = AREA = 0.0
 POINT = SECOND = THREE = False  # meets the plane first; has an area; has an a
 
-ORDERS = {"tuv": "t first", "uvt": "u, v first"}
 T_FIRST = ("hit", "t outside (0, tmax)", "u or v outside")
 UV_FIRST = ("hit", "t outside (0, tmax)", "u outside", "v outside")
-POINT_PARAMETERS = [*ARGUMENTS, "along", "scale"]
 
 
 def flipped(x, sign):
@@ -275,88 +244,3 @@ def suffix(ending: Ending, order: str) -> str:
     """Return what an ending adds to the name of a method whose own order of tests is given."""
     parts = [part for part in ending.name.split("_") if part != order]
     return "".join(f"_{part}" for part in parts)
-
-
-def pieces(denominator, t, b, c, *, a=None, area=None, normal=None):
-    """Name the pieces of a method; see the module's text.
-
-    Plain Python sees the tuple of them all, absent ones None.
-    """
-    return denominator, t, b, c, a, area, normal
-
-
-def gives_normal(function: Callable) -> bool:
-    """Tell whether a method's pieces have a normal."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    return any(isinstance(n, ast.keyword) and n.arg == "normal" for n in ast.walk(tree))
-
-
-def method(
-    *,
-    title: str,
-    method: str,
-    source: str,
-    prepare: Callable | None = None,
-    stored: str = "none",
-    order: str = "tuv",
-) -> Callable[[Callable], Callable]:
-    """Declare the function below to give the pieces of a method named as the function.
-
-    It becomes a kernel with every ending, ``NAME`` with the method's own order of tests and the
-    division first, each of them once returning t alone and once t, u and v (``_uv``). Its body is
-    assignments alone, its last line ``return pieces(...)``.
-
-    Parameters
-    ----------
-    title, method, source, prepare, stored
-        As in `rtbench.kernels.contract.Kernel`.
-    order : str
-        One of ORDERS: what the published method tests first.
-
-    Returns
-    -------
-    callable
-        A decorator that returns the function unchanged, its ``kernels`` attribute set.
-
-    Raises
-    ------
-    ValueError
-        If a declaration is not one the rest of rtbench can honour.
-    """
-    if order not in ORDERS:
-        raise ValueError(f"order {order!r}: allowed are {', '.join(ORDERS)}")
-    if stored not in STORED:
-        raise ValueError(f"stored {stored!r}: allowed are {', '.join(STORED)}")
-
-    def declare(function: Callable) -> Callable:
-        parameters = list(inspect.signature(function).parameters)
-        name = function.__name__
-        if parameters not in ([*ARGUMENTS], POINT_PARAMETERS):
-            raise ValueError(
-                f"method {name!r} must take (tri, ray) or ({', '.join(POINT_PARAMETERS)})"
-            )
-        check_name(name)
-        function.kernels = tuple(
-            Kernel(
-                name + suffix(ending, order) + uv,
-                function,
-                f"{title}; {ending.title}{what}",
-                method,
-                "ray" if ending.takes_tmax else None,
-                ending.outcomes,
-                outputs,
-                source,
-                prepare,
-                stored=stored,
-                ending=ending,
-            )
-            for ending in ENDINGS
-            if ending.takes_tmax or parameters == POINT_PARAMETERS
-            for uv, what, outputs in (
-                ("", "", ("t",)),
-                ("_uv", ", with u and v", ("t", "u", "v")),
-            )
-        )
-        return function
-
-    return declare

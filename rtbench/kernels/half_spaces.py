@@ -4,7 +4,7 @@ Havel 2008, section 3.4.4.2, names two planes that make sense: those through the
 those perpendicular to the triangle. The sides are compared by sign, b + c never with 1.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 
 
 @method(

@@ -6,7 +6,7 @@ test with the plane and the barycentric coordinates, as 4.3.5 says; `keidy_insid
 triangle alone, its real use (6.1.2). The point is brought into the plane along the normal.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 
 
 @method(

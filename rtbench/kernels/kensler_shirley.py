@@ -5,7 +5,7 @@ N = AB x CA, I = OA x D, t = N . OA, b = I . CA, c = I . AB, over D . N. The nor
 beside the vertices, or with vertex A and the two edges in their place.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.vectors import corners, cross, difference
 
 
@@ -62,7 +62,7 @@ def edge_normal(tri):
     prepare=edge_normal,
     stored="normal",
 )
-def kensler_shirley_normal(tri, ray):
+def kensler_shirley_with_normal(tri, ray):
     denominator = (
         ray.dir[0] * tri.normal[0] + ray.dir[1] * tri.normal[1] + ray.dir[2] * tri.normal[2]
     )

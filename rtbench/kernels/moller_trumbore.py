@@ -5,7 +5,7 @@ listing, with its EPSILON of 1e-6, calls small triangles parallel to every ray. 
 Blecha 2007 prints them are in `moller`.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 
 
 @method(

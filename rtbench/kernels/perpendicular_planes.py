@@ -5,7 +5,7 @@ perpendicular to the triangle and from which B has the distance 1; c likewise. T
 triangle, as many as rows of 16 bytes make of Wald's ten (4.3.6), and no axis to choose.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.vectors import corners, cross, difference, dot, quotient
 
 

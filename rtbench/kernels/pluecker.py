@@ -5,7 +5,7 @@ is B_y - A_y (as printed, A_y - B_y, 2,316 of 2,349 hits of random pairs are los
 goes through O and O + D. Three sides of one sign hit; they add up to the determinant -(N . D).
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.vectors import corners, cross, difference, dot
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import rtbench.kernels
 from rtbench.errors import RtbenchError, unknown
 from rtbench.kernels.contract import OUTPUTS, Kernel
-from rtbench.kernels.endings import gives_normal
+from rtbench.kernels.pieces import gives_normal
 
 EMPTY = "empty"  # the loop without a kernel has this name in every record
 
@@ -36,8 +36,7 @@ def derived(kernel: Kernel) -> dict[str, Kernel]:
     """Return the forms of a kernel with other outputs, by name; none of a whole listing.
 
     ``NAME_hit`` returns the outcome alone, ``NAME_point`` the point O + t D, and ``NAME_normal``,
-    where the method's pieces give one, a normal of the triangle, of any length. A listed kernel of
-    such a name goes first: ``kensler_shirley_normal`` is the method that stores its normal.
+    where the method's pieces give one, a normal of the triangle, of any length.
 
     Parameters
     ----------
@@ -59,7 +58,6 @@ def derived(kernel: Kernel) -> dict[str, Kernel]:
             outputs=OUTPUTS[output],
         )
         for output, what in told.items()
-        if f"{kernel.name}_{output}" not in all_kernels()
     }
 
 

@@ -5,7 +5,7 @@ are divided by N_w, while the N_w under the edges is the undivided one; and the 
 for axes in ascending order only: with u and v following w in a circle (4.2.5) it is left out.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.projection import along, axes
 from rtbench.kernels.vectors import corners, cross, difference
 

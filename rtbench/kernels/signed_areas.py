@@ -4,7 +4,7 @@ Havel 2008, section 3.4.4.3, right as printed: N . (AB x AP), N . (BC x BP), N .
 sign. The normal keeps its length: N . N is then what the three add up to.
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.vectors import corners, cross, difference
 
 

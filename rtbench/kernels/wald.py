@@ -6,7 +6,7 @@ plane of projection give b and c as distances from them. Twelve numbers a triang
 axes stored in the room that a row of 16 bytes leaves (section 4.2.5).
 """
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 from rtbench.kernels.projection import along, axes
 from rtbench.kernels.vectors import corners, cross, difference
 

@@ -96,7 +96,6 @@ class Pairs:
         sha.update(self.hit.view(np.uint8))
         return sha.hexdigest()
 
-
     def ahead(self) -> "Pairs":
         """Return these pairs with every hit at t > 0: the lines that hit behind turned round.
 

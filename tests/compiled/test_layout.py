@@ -170,7 +170,7 @@ def test_unknown_layout_and_precision():
         ("kensler_shirley_stored", 48, 64),
         ("shevtsov", 48, 48),
         ("kensler_shirley", 36, 48),
-        ("kensler_shirley_normal", 48, 64),
+        ("kensler_shirley_with_normal", 48, 64),
         ("signed_areas", 48, 64),
         ("badouel_cramer", 60, 64),
         ("moller_trumbore", 36, 48),

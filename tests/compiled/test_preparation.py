@@ -304,7 +304,7 @@ def test_operations_of_preparing_are_those_counted_by_hand():
         return tuple(preparation_operations(KERNELS[name]).values())
 
     # two edges; one cross product
-    assert counts("kensler_shirley_normal") == (0, 6 + 3, 6, 0, 0)
+    assert counts("kensler_shirley_with_normal") == (0, 6 + 3, 6, 0, 0)
     # two edges; three products; N.N; three distances of A and their signs; two vectors divided
     assert counts("perpendicular_planes") == (2 + 3 * 2, 6 + 3 * 3 + 3, 3 * 6 + 3 + 3 * 3, 6, 0)
     assert preparation_operations(KERNELS["moller1"]) is None

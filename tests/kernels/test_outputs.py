@@ -139,7 +139,7 @@ def test_a_normal_is_parallel_to_the_exact_one(name, precision):
 TOY = '''
 """A toy of one file: Cramer's rule by three determinants."""
 
-from rtbench.kernels.endings import method, pieces
+from rtbench.kernels.pieces import method, pieces
 
 
 @method(title="Toy", method="Toy", source="this test")

@@ -13,7 +13,7 @@ import pytest
 
 from rtbench.compiled.exact import exact_form, exact_records
 from rtbench.kernels.contract import HIT
-from rtbench.kernels.endings import POINT_PARAMETERS
+from rtbench.kernels.pieces import POINT_PARAMETERS
 from rtbench.kernels.pluecker import coordinates
 from rtbench.kernels.projection import dominant
 from rtbench.kernels.registry import all_kernels, find

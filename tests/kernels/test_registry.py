@@ -17,7 +17,7 @@ METHODS = {  # which of them project, or meet the plane first, and so can test a
     "half_spaces_perpendicular": True,
     "keidy": True,
     "kensler_shirley": False,
-    "kensler_shirley_normal": False,
+    "kensler_shirley_with_normal": False,
     "kensler_shirley_stored": False,
     "moller_trumbore": False,
     "perpendicular_planes": True,
