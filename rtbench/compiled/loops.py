@@ -78,7 +78,7 @@ def nearest(triangles, rays, first, second, outcome, t, u, v):
                 if TAKES_TMAX:
                     result = test(triangles[i], rays[k], tmax)
                     # Divided last, t is rounded after tmax let it pass: a tie may have passed too.
-                    nearer = (result[0] == 0) & (result[1] < tmax)
+                    nearer = result[0] == 0 and result[1] < tmax
                 else:
                     result = test(triangles[i], rays[k])
                     nearer = (result[0] == 0) & (result[1] > ZERO) & (result[1] < tmax)

@@ -19,6 +19,7 @@ from rtbench.compiled.packing import Packing
 from rtbench.errors import WrongAnswers
 from rtbench.experiments import rays
 from rtbench.experiments.bench import Bench
+from rtbench.experiments.config import Config
 from rtbench.kernels.contract import HIT, Kernel
 from rtbench.measure.sampler import stopwatch
 from rtbench.measure.session import Timed
@@ -30,6 +31,7 @@ CELL = (
     *("form", "width", "packet", "angle", "exit", "layout", "axes", "reciprocal"),
 )
 DENSE = 0.5  # the density of the pairs
+VARIED = 3  # kernels, the config's first ones, of which layout, axes and reciprocal are varied
 
 
 def build(bench: Bench) -> None:
@@ -53,13 +55,17 @@ def build(bench: Bench) -> None:
                 rays.add(bench, kernel, precision, drawn, ratio, prepared, columns=key)
                 for (kind, angle), drawn in made.items():
                     given = _scalar(bench, kernel, precision, drawn)
-                    for chosen in _packings(kernel, precision, config, kind, angle == first):
+                    varied = kernel in bench.kernels[:VARIED]
+                    at_first = angle == first
+                    for chosen in _packings(kernel, precision, config, kind, at_first, varied):
                         _add(bench, kernel, precision, ratio, chosen, drawn, given)
     if "pairs" in config.forms:
         _add_pairs(bench, widest)
 
 
-def _packings(kernel, precision, config, kind: str, at_first: bool) -> list[Packing]:
+def _packings(
+    kernel: Kernel, precision: str, config: Config, kind: str, at_first: bool, varied: bool
+) -> list[Packing]:
     """Return the packings that are tried of packets of a kind, all of them at the first angle."""
     widest = max(config.widths)
     base = Packing(width=widest, packet=kind)
@@ -83,6 +89,8 @@ def _packings(kernel, precision, config, kind: str, at_first: bool) -> list[Pack
     ]
     axes = [Packing(width=widest, axes=axes) for axes in ("table", "fixed")]
     estimate = Packing(width=widest, reciprocal="estimate")
+    if not varied:
+        return [*exits, *forms]
     return [
         *exits,
         *forms,

@@ -192,6 +192,8 @@ def test_shipped_configs_run(go, name):
     small = {"triangles": 50, "repetitions": 4, "processes": 1, "samples": 1, "rays": 20}
     if config.sizes:
         small["sizes"] = tuple(min(size, 100 + i) for i, size in enumerate(config.sizes[:3]))
+    if name.startswith("havel"):  # the same for every kernel, and each takes its time to compile
+        small["kernels"] = tuple(n for n in config.kernels if "*" not in n)[:2]
     done = go(config, **small)
     assert done.finished and done.info["experiment"] in EXPERIMENTS
     if config.experiment == "operations":
@@ -199,4 +201,4 @@ def test_shipped_configs_run(go, name):
     elif config.experiment in schema.UNTIMED:
         assert len(done.errors)
     else:
-        assert set(done.samples["kernel"]) >= set(config.kernels)
+        assert set(done.samples["kernel"]) >= set(small.get("kernels", config.kernels))
