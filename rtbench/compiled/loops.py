@@ -23,7 +23,7 @@ from rtbench.kernels.contract import NO_T, ZERO, Kernel, kernel
 
 # Stand-ins for what each generated module puts at its top.
 REAL = np.float64
-TAKES_TMAX = SKIPS_NOTHING = RETURNS_T = RETURNS_THREE = False
+TAKES_TMAX = DIVIDED_LAST = SKIPS_NOTHING = RETURNS_T = RETURNS_THREE = False
 
 
 def test(tri, ray, tmax):  # the kernel
@@ -77,8 +77,9 @@ def nearest(triangles, rays, first, second, outcome, t, u, v):
             for i in range(triangles.shape[0]):
                 if TAKES_TMAX:
                     result = test(triangles[i], rays[k], tmax)
-                    # Divided last, t is rounded after tmax let it pass: a tie may have passed too.
-                    nearer = result[0] == 0 and result[1] < tmax
+                    nearer = result[0] == 0
+                    if DIVIDED_LAST:  # t is rounded after tmax let it pass: a tie may have too
+                        nearer = nearer and result[1] < tmax
                 else:
                     result = test(triangles[i], rays[k])
                     nearer = (result[0] == 0) & (result[1] > ZERO) & (result[1] < tmax)
@@ -165,6 +166,7 @@ def loop(
     constants = {
         "REAL": f"np.{REAL_TYPE[precision].__name__}",
         "TAKES_TMAX": str(chosen.takes_tmax),
+        "DIVIDED_LAST": str(chosen.divided_last),
         "SKIPS_NOTHING": str(chosen.ending is not None and not chosen.ending.early),
         "RETURNS_T": str(len(chosen.outputs) > 0),
         "RETURNS_THREE": str(len(chosen.outputs) == 3),

@@ -26,7 +26,7 @@ from rtbench.kernels.contract import ZERO
 
 # Stand-ins for what each generated module puts at its top.
 WIDTH = 16
-RETURNS_THREE = SORTED = False
+DIVIDED_LAST = RETURNS_THREE = SORTED = False
 
 
 def test(tri, ray, tmax, start):  # the kernel; with layout soa it must know where lanes begin
@@ -80,8 +80,9 @@ def rays(triangles, rays, first, second, outcome, t, u, v):
                     limit = choose(nearer, next_up(result[1]), limit)
                 else:
                     result = test(tri, ray, tmax, start)
-                    # A kernel that compares numerators may call a tie nearer; t decides.
-                    nearer = result[0] & (result[1] < tmax)
+                    nearer = result[0]
+                    if DIVIDED_LAST:  # t is rounded after tmax let it pass: a tie may have too
+                        nearer = nearer & (result[1] < tmax)
                 hit = choose(nearer, tri.index, hit)
                 tmax = choose(nearer, result[1], tmax)
                 if RETURNS_THREE:
@@ -114,8 +115,9 @@ def triangles(triangles, rays, first, second, outcome, t, u, v):
                     limit = choose(nearer, next_up(result[1]), limit)
                 else:
                     result = test(tri, ray, tmax, start)
-                    # A kernel that compares numerators may call a tie nearer; t decides.
-                    nearer = result[0] & (result[1] < tmax)
+                    nearer = result[0]
+                    if DIVIDED_LAST:  # t is rounded after tmax let it pass: a tie may have too
+                        nearer = nearer & (result[1] < tmax)
                 hit = choose(nearer, tri.index, hit)
                 tmax = choose(nearer, result[1], tmax)
                 if RETURNS_THREE:

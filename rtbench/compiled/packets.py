@@ -78,6 +78,7 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
         "REAL": f"np.{REAL_TYPE[precision].__name__}",
         "WIDTH": str(chosen.width),
         "RETURNS_THREE": str(len(kernel.outputs) == 3),
+        "DIVIDED_LAST": str(kernel.divided_last),
         "SORTED": str(packing.is_sorted(kernel, chosen)),
         "TRIANGLE": dtype_source(triangle),
         "RAY": dtype_source(ray),

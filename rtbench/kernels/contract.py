@@ -101,6 +101,11 @@ class Kernel:
         """Whether it refuses by distance itself."""
         return self.ending.takes_tmax if self.ending else _takes_tmax(self.function)
 
+    @property
+    def divided_last(self) -> bool:
+        """Whether t may be rounded after it was compared with tmax, so that a tie may pass."""
+        return self.takes_tmax and not (self.ending and self.ending.division == "first")
+
 
 def _takes_tmax(function: Callable) -> bool:
     return list(inspect.signature(function).parameters) == [*ARGUMENTS, TMAX]
