@@ -223,6 +223,8 @@ def _work(run: "Run", row: Mapping, counted: Exits) -> tuple[dict, bool]:
     longest = {name: max(counts[name] for counts in counted.values()) for name in OPERATIONS}
     if set(counted) == {None}:  # nothing is skipped, whatever the outcome
         return longest, True
+    if (row.get("width") or 1) > 1:  # lanes end together; with an exit it depends on them all
+        return longest, row.get("exit") != "any"
     seen = _outcomes(run, row, counted)
     total = sum(seen.values())
     if not total:

@@ -240,6 +240,9 @@ def test_a_soup_says_how_many_tests_end_at_the_distance(sample_runs, tmp_path, p
     run = changed(run, lambda record: record.update(methods={"moller1": {"ending": "last_tuv"}}))
     first = at(bounds(run, peaks, OPERATIONS)[0], width=1)
     assert (first.counts["mul"], first.mixed) == (0.75 * 10 + 0.25 * 30, True)
+    # Lanes leave together or not at all: each test does what the longest path does.
+    lanes = at(bounds(run, peaks, OPERATIONS)[0], width=8)
+    assert (lanes.counts["mul"], lanes.mixed) == (30, True)
     # Where the distance is tested last, the share says nothing of who leaves early.
     last = at(bounds(run, peaks, {"moller1": {0: HIT, 1: HIT, 2: MISS}})[0], width=1)
     assert (last.counts["mul"], last.mixed) == (30, False)
