@@ -373,3 +373,24 @@ def test_marks_stand_at_their_rate(make, peaks):
     times = sampled(run)
     for (x, y), name in zip(places, ("moller1", "badouel", "chirkov"), strict=True):
         assert (x, y) == (pytest.approx(0.62), pytest.approx(62 / times[name, "sweep", 1.0]))
+
+
+def test_the_plot_of_many_kernels_keeps_its_room(sample_runs, tmp_path, peaks):
+    from rtbench.records.store import load_run
+
+    names = [f"m{i % 4}_{i}" for i in range(28)]
+    rows = [{"kernel": name, "precision": "float32", "width": 1, "ns": 8.0} for name in names]
+    path = sample_runs.write_run(
+        tmp_path / "m", "soup", rows, ["kernel", "precision", "width"], triangles=1000,
+        kernels={name: {"float32": {"bytes_per_triangle": 48}} for name in names},
+        workloads=[{"triangles": 64_000, "scene": 1000, "rays": 64}],
+    )  # fmt: skip
+    methods = {name: {"base": name[:2], "method": name[:2]} for name in names}
+    run = changed(load_run(path), lambda record: record.update(methods=methods))
+    found, _ = bounds(run, peaks, dict.fromkeys(names, OPERATIONS["moller1"]))
+    figure = roofline_chart(run, found, peaks)
+    figure.draw_without_rendering()
+    (panel,) = (axes for axes in figure.axes if axes.get_xlabel())
+    assert panel.get_position().height > 0.5
+    labels = [text.get_text() for text in panel.get_legend().get_texts()]
+    assert labels == ["m0", "m1", "m2", "m3"]

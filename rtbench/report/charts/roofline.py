@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from rtbench.report import cells, machine
 from rtbench.report.charts import marks, style
+from rtbench.report.methods import methods_of
 from rtbench.report.peaks import Peaks
 from rtbench.report.roofline import Bound
 from rtbench.report.tables import four_digits
@@ -16,6 +17,7 @@ from rtbench.report.tables import four_digits
 if TYPE_CHECKING:
     from rtbench.records.run import Run
 
+MANY = 10  # kernels that colours and shapes tell apart beside each other
 _ABOVE, _BESIDE = 3.0, 4.0  # how far the scales go beyond what is drawn, as factors
 
 
@@ -33,15 +35,20 @@ def roofline_chart(run: "Run", found: Sequence[Bound], peaks: Peaks) -> Figure:
     Returns
     -------
     Figure
-        A panel a precision and order; a mark a cell, one look a kernel, with the 95 % interval of
-        its time; roofs labelled with their measured values.
+        A panel a precision and order; a mark a cell, one look a kernel (of many kernels: a
+        method), with the 95 % interval of its time; roofs labelled with their measured values.
     """
-    names = list(dict.fromkeys(one.cell["kernel"] for one in found))
+    kernels = list(dict.fromkeys(one.cell["kernel"] for one in found))
+    label = {kernel: kernel for kernel in kernels}
+    if len(kernels) > MANY:  # a look for each method then, whatever its ending
+        label = {name: method.base for name, method in methods_of(run, kernels).items()}
+    names = list(dict.fromkeys(label.values()))
     look = style.looks(names)
     groups: dict[tuple, list[Bound]] = {}
     for one in sorted(found, key=_place):
         groups.setdefault((_precision(one), one.cell.get("order")), []).append(one)
-    figure, axes = style.grid(len(groups), 4.3, 3.9, sharex=True, sharey=True)
+    height = max(3.9, 0.26 * len(names))  # the legend stands beside
+    figure, axes = style.grid(len(groups), 4.3, height, sharex=True, sharey=True)
     across, up = _scales(found, peaks)
     for number, (panel, ((precision, order), members)) in enumerate(
         zip(axes, groups.items(), strict=True)
@@ -52,7 +59,7 @@ def roofline_chart(run: "Run", found: Sequence[Bound], peaks: Peaks) -> Figure:
         panel.set_ylim(*up)
         _roofs(panel, peaks, precision, across, up)
         for one in members:
-            _mark(panel, one, look[one.cell["kernel"]])
+            _mark(panel, one, look[label[one.cell["kernel"]]])
         for axis in (panel.xaxis, panel.yaxis):
             axis.set_major_locator(LogLocator(10))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -68,7 +75,8 @@ def roofline_chart(run: "Run", found: Sequence[Bound], peaks: Peaks) -> Figure:
     marks.legend(last)
     noted = any(one.low is not None for one in found)
     words = [
-        style.kernel_list(names),
+        style.kernel_list(kernels),
+        *(["a look a method"] if len(names) < len(kernels) else []),
         machine.processor(run),
         marks.INTERVAL_NOTE if noted else "no intervals",
         f"peaks of {peaks.machine}, one core",
