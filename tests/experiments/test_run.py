@@ -325,6 +325,14 @@ def test_a_kernel_that_is_wrong_ends_the_run(go, own, tmp_path):
     assert not (tmp_path / "results").exists()
 
 
+def test_a_kernel_that_no_tolerance_makes_right_is_only_remarked_upon(go, own):
+    name = own("ONE * 0.9", "tolerant.py")
+    path = Path(name.partition(":")[0])
+    path.write_text(path.read_text().replace('domain="line"', 'domain="line", exact=False'))
+    remarks = [each for each in go(TINY, kernels=(name,)).info["remarks"] if "wrong" in each]
+    assert remarks and all(each.startswith("kernel own in float32 is wrong") for each in remarks)
+
+
 def test_a_kernel_file_is_found_again_from_another_folder(
     cut_off, resume, own, tmp_path, monkeypatch
 ):
