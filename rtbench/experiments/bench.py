@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtbench.compiled import elsewhere
 from rtbench.compiled.catalogue import facts
 from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.intersect import run_once
@@ -76,8 +77,9 @@ class Bench:
         self._answers: dict[tuple, Answers] = {}
 
     def close(self) -> None:
-        """Remove the arrays that the workers read."""
+        """Remove the arrays that the workers read, and end what compiles for other targets."""
         self.arrays.close()
+        elsewhere.close()
 
     def at_density(self, density: float, triangles: int | None = None) -> Workload:
         """Return a workload with exactly that density of hits."""

@@ -17,9 +17,10 @@ CELL = ("kernel", "precision", "order", "density", "prepared", "target", "flags"
 
 
 def build(bench: Bench) -> None:
-    """Add every kernel for every target that this processor runs, with all flags."""
+    """Add every kernel for every target that this processor runs, or native, with all flags."""
     config = bench.config
     runnable = [target for target in config.targets if not targets.missing(target)]
+    runnable = runnable or ["native"]  # which every processor is
     for target in config.targets:
         if target not in runnable:
             lacking = ", ".join(targets.missing(target))
