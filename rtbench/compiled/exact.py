@@ -17,10 +17,19 @@ import numpy as np
 
 from rtbench.compiled import preparation, syntax
 from rtbench.errors import RtbenchError
-from rtbench.kernels.contract import TMAX, Kernel
+from rtbench.kernels import exact_signs
+from rtbench.kernels.contract import TMAX, UNDECIDED, Kernel
 from rtbench.kernels.vectors import length
 
 EPSILON = Fraction(1, 2**10000)
+# What an arithmetic without rounding has in the place of these.
+OF_ARITHMETIC = {
+    "EPSILON": EPSILON,
+    "ROUNDOFF": Fraction(0),
+    "TINY": Fraction(0),
+    "SMALLEST": Fraction(0),
+    "LARGEST": np.inf,
+}
 
 
 class Undefined:
@@ -66,8 +75,27 @@ def exact_form(kernel: Kernel) -> Callable:
         raise RtbenchError(f"kernel {kernel.name!r} has no exact form: it needs irrational numbers")
     functions = [*syntax.helpers(kernel).values(), syntax.tree(kernel)]
     function = _in_rationals(syntax.outside_names(kernel), functions)
+    if kernel.fallback is not None:
+        return _decided(kernel, function)
     if kernel.takes_tmax:
         return lambda tri, ray: function(tri, ray, ray.tmax)
+    return function
+
+
+def _decided(kernel: Kernel, filter_alone: Callable) -> Callable:
+    """Return a kernel that asks its fallback where it cannot decide."""
+    found = syntax.fallback_names(kernel)
+    called = {name: syntax.parse(v) for name, v in found.items() if isinstance(v, FunctionType)}
+    for name, function in called.items():
+        function.name = name
+    fallback = _in_rationals(found, [*called.values(), syntax.parse(kernel.fallback)])
+
+    def function(tri: SimpleNamespace, ray: SimpleNamespace) -> tuple:
+        result = filter_alone(tri, ray, ray.tmax)
+        if result[0] == UNDECIDED:
+            result = fallback(tri.v0, tri.v1, tri.v2, ray.orig, ray.dir, ray.tmax)
+        return tuple(result[: 1 + len(kernel.outputs)])
+
     return function
 
 
@@ -101,8 +129,8 @@ def _in_rationals(outside: dict[str, object], functions: list[ast.FunctionDef]) 
     """Return the last of some functions, made to compute with rationals."""
     names: dict[str, object] = {"divide": divide, "Fraction": Fraction}
     for name, value in outside.items():
-        if name == "EPSILON":
-            names[name] = EPSILON
+        if name in OF_ARITHMETIC:
+            names[name] = OF_ARITHMETIC[name]
         elif isinstance(value, float) and np.isnan(value):
             names[name] = UNDEFINED
         elif not isinstance(value, FunctionType):
@@ -110,13 +138,39 @@ def _in_rationals(outside: dict[str, object], functions: list[ast.FunctionDef]) 
     module = ast.Module([_Rational().visit(syntax.copy(f)) for f in functions], [])
     name = functions[-1].name
     exec(compile(ast.fix_missing_locations(module), f"<exact {name}>", "exec"), names)
-    names |= {called: _one for called, value in outside.items() if value is length}
+    for called, value in outside.items():
+        if isinstance(value, FunctionType) and value in _INSTEAD:
+            names[called] = _INSTEAD[value]
     return names[name]
 
 
 def _one(vector: tuple) -> Fraction:
     """Return what a length is taken for: no sign depends on it, and it has no rational value."""
     return Fraction(1)
+
+
+def _exact_value(a, b, c, o, mode) -> tuple[Fraction, int]:
+    """Return what `exact_signs.exact_value` approximates."""
+    found = _determinant(a, b, c) - _determinant(a, o, c)
+    if mode >= exact_signs.THIRD:
+        found -= _determinant(a, b, o)
+    if mode == exact_signs.ALL:
+        found -= _determinant(o, b, c)
+    return found, 0
+
+
+def _determinant(a, b, c) -> Fraction:
+    a, b, c = ([Fraction(x) for x in vector] for vector in (a, b, c))
+    return sum(a[i - 2] * (b[i - 1] * c[i] - b[i] * c[i - 1]) for i in range(3))
+
+
+# What needs no roundabout way in rationals.
+_INSTEAD = {
+    length: _one,
+    exact_signs.double: lambda x: x,
+    exact_signs.scaled: lambda x, power: x * Fraction(2) ** power,
+    exact_signs.exact_value: _exact_value,
+}
 
 
 def _rational(value: object) -> object:

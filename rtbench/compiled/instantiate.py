@@ -48,6 +48,7 @@ INNER = dict(
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,{inner_flags}
 )
+OUTLINED = INNER | dict(forceinline=False)  # seldom called: not to swell what is measured
 ENTRY = dict(error_model="numpy", nogil=True, cache=True{entry_flags})
 
 '''
@@ -59,7 +60,7 @@ FLAGS = {"strict": "", "contract": "fastmath={'contract'}", "fast": "fastmath=Tr
 HEADER_NAMES = frozenset(
     {
         *("math", "np", "from_dtype", "njit", "boolean", "float32", "float64", "int8", "int32"),
-        *("int64", "uint8", "uint32", "uint64", "void", "INNER", "ENTRY"),
+        *("int64", "uint8", "uint32", "uint64", "void", "INNER", "OUTLINED", "ENTRY"),
     }
 )
 
@@ -117,6 +118,7 @@ def instantiate(
     forceinline: bool = False,
     flags: str = "strict",
     imports: str = "",
+    outlined: tuple[str, ...] = (),
 ) -> Instance:
     """Compile a function together with what it calls, or load it from the cache.
 
@@ -142,6 +144,8 @@ def instantiate(
     imports : str
         A line ``from ... import ...`` for the module's top; a digest of what it imports must be
         among the constants.
+    outlined : tuple of str
+        Names of callees that are inlined only as the compiler thinks fit.
 
     Returns
     -------
@@ -169,7 +173,8 @@ def instantiate(
     if imports:
         parts.append(f"{imports}\n\n")
     parts += [f"{name} = {value}\n" for name, value in (constants or {}).items()]
-    parts += [f"\n\n@njit(**INNER)\n{source}" for source in sources[:-1]]
+    for source, name in zip(sources[:-1], names, strict=False):
+        parts.append(f"\n\n@njit(**{'OUTLINED' if name in outlined else 'INNER'})\n{source}")
     parts += [f"\n\n@njit({signature}, **ENTRY)\n{sources[-1]}"]
     text = "".join(parts)
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -76,7 +76,8 @@ def masked(kernel: Kernel, leave: str = "none") -> ast.FunctionDef:
     Returns
     -------
     ast.FunctionDef
-        ``hit, *outputs``; outputs of a miss are NO_T where the kernel exits early.
+        ``hit, *outputs``; outputs of a miss are NO_T where the kernel exits early. With a
+        fallback ``hit, undecided, *outputs``.
 
     Raises
     ------
@@ -95,26 +96,36 @@ def masked(kernel: Kernel, leave: str = "none") -> ast.FunctionDef:
         tests += 1
         body += _statements(f"hit = {'hit & ' * (tests > 1)}({ast.unparse(passed)})")
         if leave == "any" and tests == 1:
-            nothing = ", ".join("spread(NO_T, WIDTH)" for _ in kernel.outputs)
-            body += _statements(f"if not any_lane(hit):\n    return hit, {nothing}")
+            nothing = ["spread(NO_T, WIDTH)" for _ in kernel.outputs]
+            nothing = ["hit", *nothing] if kernel.fallback else nothing
+            body += _statements(f"if not any_lane(hit):\n    return hit, {', '.join(nothing)}")
     if leave == "any" and not tests:
         raise RtbenchError(f"kernel {kernel.name!r} has no exit that packets could leave by")
-    outcome, *outputs = map(ast.unparse, function.body[-1].value.elts)
+    outcome, *outputs = function.body[-1].value.elts
+    found = ast.unparse(_condition(kernel, outcome, "UNDECIDED" if kernel.fallback else "1"))
+    passed = "hit & " if tests else ""
+    outputs = [ast.unparse(each) for each in outputs]
     if tests:
         outputs = [f"choose(hit, {each}, NO_T)" for each in outputs]
-        outcome = "hit"
-    else:
-        outcome = ast.unparse(_condition(kernel, function.body[-1].value.elts[0]))
-    function.body = [*body, *_statements(f"return {', '.join([outcome, *outputs])}")]
+    if kernel.fallback:
+        body += _statements(f"sure = {found}")
+        outputs.insert(0, f"{passed}opposite(sure)")
+        found = f"{passed}sure"
+    elif tests:
+        found = "hit"
+    function.body = [*body, *_statements(f"return {', '.join([found, *outputs])}")]
     return function
 
 
-def _condition(kernel: Kernel, outcome: ast.expr) -> ast.expr:
-    """Return what decides in ``HIT if condition else 1``."""
-    if not (isinstance(outcome, ast.IfExp) and ast.unparse(outcome.body) == "HIT"):
+def _condition(kernel: Kernel, outcome: ast.expr, otherwise: str) -> ast.expr:
+    """Return what decides in ``HIT if condition else 1``, or else UNDECIDED."""
+    if ast.unparse(outcome) == "HIT":  # whoever has passed the exits hits
+        return ast.Constant(True)
+    fits = isinstance(outcome, ast.IfExp) and ast.unparse(outcome.body) == "HIT"
+    if not (fits and (otherwise == "1" or ast.unparse(outcome.orelse) == otherwise)):
         raise RtbenchError(
             f"kernel {kernel.name!r} cannot be taken in packets: it returns {ast.unparse(outcome)} "
-            "as its outcome; HIT if ... else 1 is needed"
+            f"as its outcome; HIT if ... else {otherwise} is needed"
         )
     return outcome.test
 
@@ -160,6 +171,10 @@ def in_lanes(
     )
 
 
+VECTORS = ("v0", "v1", "v2", "orig", "end", "dir")
+_OF_TWO = {"min": "lesser", "max": "greater"}
+
+
 class _InLanes(ast.NodeTransformer):
     def __init__(self, sides: dict[str, Side], estimate: bool) -> None:
         self._sides = sides
@@ -167,8 +182,23 @@ class _InLanes(ast.NodeTransformer):
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         side = self._side(node.value)
+        computed = isinstance(node.slice, ast.Name) and side and node.value.attr in VECTORS
         node.slice = self.visit(node.slice)
-        if side is None or node.value.attr not in side.lanes:
+        if side is None:
+            return node
+        if computed:  # an axis that may differ from lane to lane
+            parts = [
+                self._component(ast.Subscript(node.value, ast.Constant(axis), ast.Load()), side)
+                for axis in range(3)
+            ]
+            first, second, third = map(ast.unparse, parts)
+            axis = node.slice.id
+            text = f"choose({axis} == 0, {first}, choose({axis} == 1, {second}, {third}))"
+            return ast.parse(text, mode="eval").body
+        return self._component(node, side)
+
+    def _component(self, node: ast.Subscript, side: Side) -> ast.expr:
+        if node.value.attr not in side.lanes:
             return node
         return self._lanes(node.value, node.slice, side)
 
@@ -187,11 +217,12 @@ class _InLanes(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         self.generic_visit(node)
-        if not (isinstance(node.func, ast.Name) and node.func.id == "min"):
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name not in _OF_TWO:
             return node
         first, *others = node.args
         for each in others:
-            first = ast.Call(ast.Name("lesser", ast.Load()), [first, each], [])
+            first = ast.Call(ast.Name(_OF_TWO[name], ast.Load()), [first, each], [])
         return first
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:

@@ -11,26 +11,68 @@ import ast
 import numpy as np
 
 from rtbench.compiled import syntax
+from rtbench.compiled.loops import fallback
 from rtbench.compiled.packing import Packing
 from rtbench.compiled.vector_functions import (
+    any_lane,
     choose,
     first_lane,
     lane,
     least,
     next_up,
+    one_of,
     opposite,
+    replaced,
     spread,
     store,
 )
-from rtbench.kernels.contract import ZERO
+from rtbench.kernels.contract import HIT, ZERO
 
 # Stand-ins for what each generated module puts at its top.
+REAL = np.float64
 WIDTH = 16
 DIVIDED_LAST = RETURNS_THREE = SORTED = False
 
 
 def test(tri, ray, tmax, start):  # the kernel; with layout soa it must know where lanes begin
     return False, 0.0, 0.0, 0.0
+
+
+def filtered(tri, ray, tmax, start):  # the kernel where it has a fallback
+    return False, False, 0.0, 0.0, 0.0
+
+
+def decided(tri, ray, tmax, start):  # becomes ``test`` then
+    result = filtered(tri, ray, tmax, start)
+    if any_lane(result[1]):
+        return resolved(tri, ray, tmax, start, result)
+    if RETURNS_THREE:
+        return result[0], result[2], result[3], result[4]
+    return result[0], result[2]
+
+
+def resolved(tri, ray, tmax, start, result):  # each undecided lane by the fallback
+    hit, undecided, t = result[0], result[1], result[2]
+    if RETURNS_THREE:
+        u, v = result[3], result[4]
+    for k in range(WIDTH):
+        if one_of(undecided, k):
+            sure = fallback(
+                (one_of(tri.v0[0], k), one_of(tri.v0[1], k), one_of(tri.v0[2], k)),
+                (one_of(tri.v1[0], k), one_of(tri.v1[1], k), one_of(tri.v1[2], k)),
+                (one_of(tri.v2[0], k), one_of(tri.v2[1], k), one_of(tri.v2[2], k)),
+                (one_of(ray.orig[0], k), one_of(ray.orig[1], k), one_of(ray.orig[2], k)),
+                (one_of(ray.dir[0], k), one_of(ray.dir[1], k), one_of(ray.dir[2], k)),
+                one_of(tmax, k),
+            )
+            hit = replaced(hit, k, sure[0] == HIT)
+            t = replaced(t, k, REAL(sure[1]))
+            if RETURNS_THREE:
+                u = replaced(u, k, REAL(sure[2]))
+                v = replaced(v, k, REAL(sure[3]))
+    if RETURNS_THREE:
+        return hit, t, u, v
+    return hit, t
 
 
 def of_lanes(records, number):  # the record, or the first one, of a packet or block
@@ -152,6 +194,24 @@ def placed(chosen: Packing, tests: list[str], count: int) -> ast.FunctionDef:
     return function if len(tests) == 1 else _Spans(chosen, tests).visit(function)
 
 
+def behind(chosen: Packing, count: int) -> dict[str, ast.FunctionDef]:
+    """Return what asks the fallback for undecided lanes: ``resolved``, and ``test`` that calls it.
+
+    Parameters
+    ----------
+    chosen : Packing
+    count : int
+        With layout soa: how many lanes there are in all.
+    """
+    found = {}
+    for name, function in (("resolved", resolved), ("test", decided)):
+        tree = _Placed(chosen.layout, count).visit(syntax.parse(function))
+        if chosen.layout != "soa":
+            tree.args.args = [each for each in tree.args.args if each.arg != "start"]
+        found[name] = tree
+    return found
+
+
 class _Placed(ast.NodeTransformer):
     """Puts what a layout makes of them in the place of the stand-ins; ``start`` is soa's alone."""
 
@@ -179,8 +239,8 @@ class _Placed(ast.NodeTransformer):
         if name in self._calls:
             text = self._calls[name](*map(ast.unparse, node.args))
             return ast.parse(text, mode="eval").body
-        if name == "test" and not self._starts:
-            node.args.pop()
+        if name in ("test", "filtered", "resolved") and not self._starts:
+            node.args = [each for each in node.args if ast.unparse(each) != "start"]
         return self.generic_visit(node)
 
 

@@ -19,6 +19,7 @@ from numba.core.errors import NumbaError
 
 from rtbench.compiled import (
     lanes,
+    loops,
     packet_loops,
     packing,
     sources,
@@ -31,10 +32,21 @@ from rtbench.compiled.layout import REAL_TYPE
 from rtbench.compiled.packing import Packing
 from rtbench.compiled.sources import dtype_source, named
 from rtbench.errors import RtbenchError
-from rtbench.kernels.contract import NO_T, ZERO, Kernel
+from rtbench.kernels.contract import HIT, NO_T, ZERO, Kernel
 
-NAMES = ("any_lane", "choose", "column", "first_lane", "flipped", "lane", "least", "lesser")
-NAMES += ("next_up", "opposite", "reciprocal", "row", "spread", "store")
+NAMES = ("any_lane", "choose", "column", "first_lane", "flipped", "greater", "lane", "least")
+NAMES += (
+    "lesser",
+    "next_up",
+    "one_of",
+    "opposite",
+    "reciprocal",
+    "replaced",
+    "row",
+    "spread",
+    "store",
+)
+STAND_INS = ("test", "filtered", "resolved", "fallback", "start")
 
 
 @functools.cache
@@ -89,10 +101,12 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
         for name, values in packing.axis_fields(kernel).items()
         if chosen.axes == "table"
     }
-    taken = {*constants, *HEADER_NAMES, *NAMES, "test", "start", entry}
-    found = {"ZERO": ZERO, "NO_T": NO_T} | syntax.outside_names(kernel)
+    taken = {*constants, *HEADER_NAMES, *NAMES, *STAND_INS, entry}
+    found = {"ZERO": ZERO, "NO_T": NO_T, "HIT": HIT} | syntax.outside_names(kernel)
     told, helpers = sources.outside(f"kernel {kernel.name!r}", found, taken - {"flipped"})
-    constants |= told
+    behind, outlined = loops.behind_filter(kernel, taken - {"flipped"})
+    outlined = {name: text for name, text in outlined.items() if name not in helpers}
+    constants |= behind | told
 
     def source(function: ast.FunctionDef, name: str) -> str:
         return named(syntax.typed(lanes.in_lanes(function, *sides, estimate)), name)
@@ -100,6 +114,11 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
     if in_soa:
         kept.args.args.append(ast.arg("start"))
     tests = {"test": source(kept, "test")}
+    if kernel.fallback:
+        outlined = {"filtered": source(kept, "filtered")} | outlined
+        asking = packet_loops.behind(chosen, count)
+        outlined["resolved"] = source(asking["resolved"], "resolved")
+        tests["test"] = source(asking["test"], "test")
     if chosen.axes == "fixed" and packing.axis_fields(kernel):
         tests = {f"test_{axis}": _fixed(tests["test"], kernel, axis) for axis in range(3)}
     real = constants["REAL"].removeprefix("np.")
@@ -107,7 +126,11 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
     try:
         return instantiate(
             source(packet_loops.placed(chosen, list(tests), count), entry),
-            callees=(*(source(each, name) for name, each in helpers.items()), *tests.values()),
+            callees=(
+                *(source(each, name) for name, each in helpers.items()),
+                *outlined.values(),
+                *tests.values(),
+            ),
             constants=constants,
             signature=(
                 "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], "
@@ -115,6 +138,7 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
             ),
             title=_title(kernel, precision, chosen),
             forceinline=True,
+            outlined=tuple(name for name in outlined if name != "filtered"),
             imports=f"from rtbench.compiled.vector_functions import {', '.join(NAMES)}",
         )
     except NumbaError as problem:

@@ -32,6 +32,15 @@ def dtype_source(dtype: np.dtype) -> str:
     return f"from_dtype(np.dtype({fields!r}, align=True))"
 
 
+# Numbers of which each arithmetic has its own.
+OF_ARITHMETIC = {
+    "ROUNDOFF": "REAL(np.finfo(REAL).eps / 2)",
+    "TINY": "np.finfo(REAL).smallest_normal",
+    "SMALLEST": "np.finfo(REAL).smallest_subnormal",
+    "LARGEST": "np.finfo(REAL).max",
+}
+
+
 def constant_source(value: float) -> str:
     """Return the source of a number: what is no whole number, in REAL."""
     if isinstance(value, float):
@@ -109,5 +118,5 @@ def outside(
         elif isinstance(value, ModuleType):
             constants[name] = value.__name__.replace("numpy", "np")
         else:
-            constants[name] = constant_source(value)
+            constants[name] = OF_ARITHMETIC.get(name) or constant_source(value)
     return constants, functions

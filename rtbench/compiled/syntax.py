@@ -160,6 +160,21 @@ def outside_names(kernel: Kernel) -> dict[str, object]:
     return gathered(f"kernel {kernel.name!r}", tree(kernel), around, kernel.function)
 
 
+def fallback_names(kernel: Kernel) -> dict[str, object]:
+    """Return what a kernel's fallback and its helpers read from their modules; none without one.
+
+    Raises
+    ------
+    RtbenchError
+        As `outside_names`.
+    """
+    if kernel.fallback is None:
+        return {}
+    around = kernel.fallback.__globals__
+    what = f"fallback of kernel {kernel.name!r}"
+    return gathered(what, parse(kernel.fallback), around, kernel.fallback)
+
+
 def gathered(
     what: str, function: ast.FunctionDef, around: dict, called: Callable
 ) -> dict[str, object]:

@@ -91,9 +91,8 @@ def choose(typingctx, test, one, other):
     return lanes(*(types.unliteral(each) for each in (test, one, other))), emit
 
 
-@intrinsic
-def lesser(typingctx, one, other):
-    """Return, lane by lane, what min does of two numbers: the first unless the other is less."""
+def _of_two(typingctx, one, other, sign):
+    """Return the code of: the first of two numbers unless the other compares so with it."""
     lanes = joined(one, other)
     if lanes is None and types.unliteral(one) != types.unliteral(other):
         raise TypingError(f"cannot choose between {one} and {other}")
@@ -101,9 +100,21 @@ def lesser(typingctx, one, other):
     def emit(context, builder, sig, args):
         if lanes is not None:
             args = [all_lanes(builder, lanes, *each) for each in zip(sig.args, args, strict=True)]
-        return builder.select(builder.fcmp_ordered("<", args[1], args[0]), args[1], args[0])
+        return builder.select(builder.fcmp_ordered(sign, args[1], args[0]), args[1], args[0])
 
     return (lanes or types.unliteral(one))(types.unliteral(one), types.unliteral(other)), emit
+
+
+@intrinsic
+def lesser(typingctx, one, other):
+    """Return, lane by lane, what min does of two numbers: the first unless the other is less."""
+    return _of_two(typingctx, one, other, "<")
+
+
+@intrinsic
+def greater(typingctx, one, other):
+    """Return, lane by lane, what max does of two numbers: the first unless the other is greater."""
+    return _of_two(typingctx, one, other, ">")
 
 
 @intrinsic
@@ -166,6 +177,28 @@ def lane(typingctx, lanes, place):
         return builder.extract_element(args[0], args[1])
 
     return lanes.number(lanes, types.int32), emit
+
+
+@intrinsic
+def one_of(typingctx, x, place):
+    """Return what one lane has: of a number, which all lanes share, itself."""
+    if not isinstance(x, Lanes):
+        return x(x, place), lambda context, builder, sig, args: args[0]
+
+    def emit(context, builder, sig, args):
+        return builder.extract_element(args[0], args[1])
+
+    return x.number(x, types.int64), emit
+
+
+@intrinsic
+def replaced(typingctx, lanes, place, number):
+    """Return lanes with another number in one of them."""
+
+    def emit(context, builder, sig, args):
+        return builder.insert_element(args[0], args[2], args[1])
+
+    return lanes(lanes, types.int64, lanes.number), emit
 
 
 @intrinsic

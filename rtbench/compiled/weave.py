@@ -14,10 +14,11 @@ from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import OUTPUTS
 from rtbench.kernels.endings import Ending
 from rtbench.kernels.pieces import pieces as pieces_given
+from rtbench.kernels.reached import reached
 
 INSTEAD = (OUTPUTS["point"], OUTPUTS["normal"])
 """What a kernel may return in place of t, u, v."""
-PIECES = ("DENOMINATOR", "T", "B", "C", "A", "AREA", "NORMAL_X", "NORMAL_Y", "NORMAL_Z")
+PIECES = ("DENOMINATOR", "T", "B", "C", "A", "AREA", "NORMAL_X", "NORMAL_Y", "NORMAL_Z", "REACHED")
 
 
 def woven(
@@ -58,13 +59,18 @@ def woven(
         _name_t(text)
         for node in [n for n in nodes(text) if isinstance(n, ast.Return)]:
             node.value.elts = _instead(instead, node.value.elts)
-    taken = set.union(*names(text))
+    more: list[ast.stmt] = []
+    if ending.reads_vertices:
+        *more, last = ast.parse(inspect.getsource(reached)).body[0].body[1:]
+        given["REACHED"] = last.value
+    taken = set.union(*names(text), *(part for line in more for part in names(line)))
     own = {name for statement in pieces.body for name in _stores(statement)}
     renamed = {name: ast.Name(f"{name}_numerator", ast.Load()) for name in own & taken}
     lines = pieces.body[:-1]
     if renamed:
         lines = [_Replaced(renamed).visit(statement) for statement in lines]
         given = {name: _Replaced(renamed).visit(node) for name, node in given.items()}
+    lines = [*lines, *more]
     text.body = _folded(_Woven(pieces.name, ending, lines, given).statements(text.body))
     return text
 
@@ -269,15 +275,16 @@ def _constant(node: ast.expr) -> str | None:
 def _folded(body: list[ast.stmt]) -> list[ast.stmt]:
     """Return statements without factors of ONE and without second names for the same thing."""
     same: dict[str, ast.expr] = {}
+    computed: dict[str, ast.expr] = {}
     kept = []
     for statement in body:
         statement = _Folded().visit(_Replaced(same).visit(statement) if same else statement)
-        if (
-            isinstance(statement, ast.Assign)
-            and isinstance(statement.targets[0], ast.Name)
-            and isinstance(statement.value, ast.Name)
-        ):
-            same[statement.targets[0].id] = statement.value
-        else:
-            kept.append(statement)
+        if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
+            name, value = statement.targets[0].id, statement.value
+            if not isinstance(value, ast.Name):
+                value = computed.setdefault(ast.dump(value), ast.Name(name, ast.Load()))
+            if value.id != name:
+                same[name] = value
+                continue
+        kept.append(statement)
     return kept

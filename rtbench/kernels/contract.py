@@ -4,6 +4,7 @@ A kernel reads fields of ``tri`` and ``ray`` as the published listings do
 (``tri.v0[0]``, ``ray.dir[tri.i1]``), uses the names ZERO, ONE, EPSILON instead
 of literals, and returns its outcome code (0 is a hit) followed by its outputs.
 One that also takes ``tmax`` refuses by distance itself: it hits where 0 < t < tmax.
+One that cannot always decide is a filter: it returns UNDECIDED, and its ``fallback`` decides.
 From this source come float32, float64, mixed and exact arithmetic, operation
 counts, stages, records and packets: see ``rtbench/compiled``.
 """
@@ -21,9 +22,16 @@ from dataclasses import dataclass, field
 ZERO = 0.0
 ONE = 1.0
 EPSILON = 0.000001  # Blecha 2007, 4.5: "EPSILON = 0.000001", absolute, as printed
+# Of the arithmetic: half the distance from 1 to the next number, the least normal and the least of
+# all positive numbers, the greatest. Exactly: 0, 0, 0, infinity.
+ROUNDOFF = 2.0**-53
+TINY = 2.0**-1022
+SMALLEST = 2.0**-1074
+LARGEST = (2.0 - 2.0**-52) * 2.0**1023
 NO_T = math.nan  # an output of a test that did not hit
 
 HIT = 0
+UNDECIDED = -1  # the filter cannot tell: its fallback is asked
 
 ARGUMENTS = ("tri", "ray")
 TMAX = "tmax"
@@ -40,6 +48,18 @@ OUTPUTS = {
     "uv": ("t", "u", "v"),
     "point": ("x", "y", "z"),
     "normal": ("nx", "ny", "nz"),
+}
+
+CLAIMS = {
+    "S1": "wrong only where a perturbation of a few roundings changes the answer",
+    "S2": "no ray passes between triangles that share an edge or a vertex",
+    "S3": "NaN, infinity and a zero direction are misses",
+    "S4": "the numbers of a hit are finite",
+    "S5": "t, u and v as good as the condition of the problem",
+    "S6": "the same answer for every order of the vertices",
+    "R1": "the same near the ends of the floating-point range",
+    "X1": "always the exact answer",
+    "X2": "of triangles that share an edge or a vertex exactly one is hit",
 }
 
 DOMAINS = {
@@ -78,6 +98,11 @@ class Kernel:
         Whether rational arithmetic decides the test (no roots, no arccos).
     stored : str
         What is known of a triangle beforehand, one of STORED.
+    fallback : callable or None
+        ``fallback(v0, v1, v2, orig, dir, tmax) -> (outcome, t, u, v)``, asked where the function
+        returns UNDECIDED: plain Python over tuples of three, which may branch and loop.
+    claims : tuple of str
+        What it is held to, keys of CLAIMS, in float32 and in float64.
     ending : Ending or None
         How a method of pieces ends (`rtbench.kernels.endings`); None for a whole listing.
     """
@@ -95,6 +120,8 @@ class Kernel:
     precisions: tuple[str, ...] = field(default=("float32", "float64", "mixed"))
     stored: str = "none"
     ending: object = None
+    fallback: Callable | None = None
+    claims: tuple[str, ...] = ()
 
     @property
     def takes_tmax(self) -> bool:
@@ -104,7 +131,8 @@ class Kernel:
     @property
     def divided_last(self) -> bool:
         """Whether t may be rounded after it was compared with tmax, so that a tie may pass."""
-        return self.takes_tmax and not (self.ending and self.ending.division == "first")
+        divided_first = self.ending and self.ending.division == "first"
+        return self.takes_tmax and not (divided_first and not self.fallback)
 
 
 def _takes_tmax(function: Callable) -> bool:
@@ -122,6 +150,8 @@ def kernel(
     prepare: Callable | None = None,
     exact: bool = True,
     stored: str | None = None,
+    fallback: Callable | None = None,
+    claims: tuple[str, ...] = (),
 ) -> Callable[[Callable], Callable]:
     """Declare the function below to be a kernel named as the function.
 
@@ -130,7 +160,7 @@ def kernel(
 
     Parameters
     ----------
-    title, method, domain, outcomes, outputs, source, prepare, exact, stored
+    title, method, domain, outcomes, outputs, source, prepare, exact, stored, fallback, claims
         As in :class:`Kernel`; what is prepared beside the vertices counts as ``normal`` unless
         said otherwise.
 
@@ -152,11 +182,15 @@ def kernel(
         raise ValueError(f"outcomes {outcomes!r}: a hit and at least one way to miss")
     if stored not in (None, *STORED):
         raise ValueError(f"stored {stored!r}: allowed are {', '.join(STORED)}")
+    if not set(claims) <= set(CLAIMS):
+        raise ValueError(f"claims {claims!r}: allowed are {', '.join(CLAIMS)}")
 
     def declare(function: Callable) -> Callable:
         name = function.__name__
         if list(inspect.signature(function).parameters) not in ([*ARGUMENTS], [*ARGUMENTS, TMAX]):
             raise ValueError(f"kernel {name!r} must take (tri, ray) or (tri, ray, tmax)")
+        if fallback and not _takes_tmax(function):
+            raise ValueError(f"kernel {name!r} has a fallback: it must take (tri, ray, tmax)")
         if _takes_tmax(function) and domain != "ray":
             raise ValueError(f"kernel {name!r} takes tmax: its domain is ray, not {domain!r}")
         check_name(name)
@@ -173,6 +207,8 @@ def kernel(
                 prepare,
                 exact,
                 stored=stored or ("normal" if prepare else "none"),
+                fallback=fallback,
+                claims=claims,
             )
             for suffix, what, returned in (
                 ("", "", ("t",)),

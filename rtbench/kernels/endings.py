@@ -5,6 +5,9 @@ the division stands and what is tested when are endings that all methods share, 
 A method's pieces are woven into each (`rtbench.compiled.weave`): where an ending reads a name in
 capitals, the statements that this piece needs, and that are not there yet, are put before it.
 
+The stable endings take their t from the point that the weights name
+(`rtbench.kernels.reached`).
+
 Where a test is left early, conditions that belong together are one comparison of a least value, as
 Text 9 makes one of signs: the compiler turns ``a and b``, and ``a & b`` too, into two branches,
 each of which can be mispredicted. The difference comes first in ``min``, which returns it where it
@@ -27,7 +30,7 @@ from rtbench.kernels.contract import HIT, NO_T, ONE, ZERO
 INFINITY = math.inf
 
 # Stand-ins for what weaving puts in their place.
-DENOMINATOR = T = A = B = C = AREA = 0.0
+DENOMINATOR = T = A = B = C = AREA = REACHED = 0.0
 POINT = SECOND = THREE = False  # meets the plane first; has an area; has an a
 
 T_FIRST = ("hit", "t outside (0, tmax)", "u or v outside")
@@ -168,6 +171,36 @@ def text9(tri, ray, tmax):
     return HIT, t * inverse, u * weight, v * weight
 
 
+def stable(tri, ray, tmax):
+    inverse = ONE / DENOMINATOR
+    "division"
+    u = B * inverse
+    if not min(ONE - u, u) >= ZERO:
+        return 2, NO_T, NO_T, NO_T
+    "condition: u"
+    v = C * inverse
+    inside = min(A * inverse if THREE else ONE - u - v, v) >= ZERO
+    if not (inside & (abs(DENOMINATOR) < INFINITY)):
+        return 3, NO_T, NO_T, NO_T
+    "condition: v"
+    t = REACHED
+    if not min(tmax - t, t) > ZERO:
+        return 1, NO_T, NO_T, NO_T
+    "condition: t"
+    return HIT, t, u, v
+
+
+def stable_whole(tri, ray, tmax):
+    inverse = ONE / DENOMINATOR
+    "division"
+    u = B * inverse
+    v = C * inverse
+    inside = (u >= ZERO) & (v >= ZERO) & (A * inverse >= ZERO if THREE else u + v <= ONE)
+    t = REACHED
+    hit = (t > ZERO) & (t < tmax) & inside & (abs(DENOMINATOR) < INFINITY)
+    return HIT if hit else 1, t, u, v
+
+
 def inside(tri, ray):
     # Point in triangle alone: the point is ray.orig, brought into the plane along the direction
     # in which the method projects.
@@ -199,6 +232,8 @@ class Ending:
         ``first``, ``last`` or ``none``.
     early : bool
         Whether it leaves as soon as the test has failed.
+    reads_vertices : bool
+        Whether it is of methods that keep the vertices and find no point of the plane first.
     """
 
     name: str
@@ -209,6 +244,7 @@ class Ending:
     scale: str
     division: str
     early: bool = True
+    reads_vertices: bool = False
 
     @property
     def takes_tmax(self) -> bool:
@@ -227,6 +263,15 @@ ENDINGS = (
     Ending("last_uvt", "division last, u, v first", last_uvt, UV_FIRST, **_LAST),
     Ending("whole", "division first, nothing skipped", first_whole, **_FIRST, **_ALL),
     Ending("last_whole", "division last, nothing skipped", last_whole, **_LAST, **_ALL),
+    Ending("stable", "t of the point found", stable, UV_FIRST, **_FIRST, reads_vertices=True),
+    Ending(
+        "stable_whole",
+        "t of the point found, nothing skipped",
+        stable_whole,
+        **_FIRST,
+        **_ALL,
+        reads_vertices=True,
+    ),
     Ending("text9", "sign bits as in Havel's Text 9", text9, T_FIRST, **_LAST),
     Ending(
         "inside",

@@ -12,7 +12,10 @@ b is the weight of v1 times the denominator, c that of v2.
 A method that meets the triangle's plane first takes ``(tri, ray, along, scale)`` and writes its
 point as ``ray.orig * scale + ray.dir * along``. With the division first that is O + t D (scale is
 1 and drops out); with the division moved it is the same point times the denominator. So b and c
-are divided by scale, in any ending. Pieces named in ``pieces(...)``:
+are divided by scale, in any ending. The stable endings are not of these, since a point of the plane
+is as good as its t, nor of methods that do not keep the vertices.
+
+Pieces named in ``pieces(...)``:
 
 ``area``
     A second denominator of b and c (Badouel's and Keidy's second division).
@@ -63,9 +66,9 @@ def method(
 ) -> Callable[[Callable], Callable]:
     """Declare the function below to give the pieces of a method named as the function.
 
-    It becomes a kernel with every ending, ``NAME`` with the method's own order of tests and the
-    division first, each of them once returning t alone and once t, u and v (``_uv``). Its body is
-    assignments alone, its last line ``return pieces(...)``.
+    It becomes a kernel with every ending that fits, ``NAME`` with the method's own order of tests
+    and the division first, each of them once returning t alone and once t, u and v (``_uv``). Its
+    body is assignments alone, its last line ``return pieces(...)``.
 
     Parameters
     ----------
@@ -113,6 +116,7 @@ def method(
             )
             for ending in ENDINGS
             if ending.takes_tmax or parameters == POINT_PARAMETERS
+            if not ending.reads_vertices or (stored == "none" and parameters == [*ARGUMENTS])
             for uv, what, outputs in (
                 ("", "", ("t",)),
                 ("_uv", ", with u and v", ("t", "u", "v")),

@@ -61,11 +61,12 @@ def oracle(pairs):
 def test_on_random_pairs_every_exact_kernel_agrees_with_the_oracle(name, drawn):
     hits = 0
     for (outcome, *outputs), truth in zip(run(name, *drawn), oracle(drawn), strict=True):
-        assert (outcome == HIT) == truth.hit
-        if truth.hit:
+        ahead = KERNELS[name].domain == "line" or (truth.hit and truth.t > 0)
+        assert (outcome == HIT) == (truth.hit and ahead)
+        if outcome == HIT:
             hits += 1
             assert tuple(outputs) == (truth.t, truth.u, truth.v)[: len(outputs)]
-    assert hits > N / 10
+    assert hits > N / 20
 
 
 def test_the_grid_has_what_it_is_for(grid):

@@ -22,10 +22,11 @@ METHODS = sorted(
     if kernel.ending is not None and name == kernel.function.__name__
 )
 ENDINGS = ("", "_whole", "_last_whole")
+FILTERS = sorted(name for name, kernel in all_kernels().items() if kernel.fallback)
 EVERY = [
     name
     for name, kernel in all_kernels().items()
-    if kernel.ending is not None and not any(each in name for each in REFUSED)
+    if (kernel.ending is not None or kernel.fallback) and not any(each in name for each in REFUSED)
 ]
 PROJECTING = "wald_uv"
 X86 = platform.machine() in ("x86_64", "AMD64")
@@ -106,6 +107,28 @@ def test_every_lane_says_what_the_single_test_says_of_hostile_pairs_too(method, 
         packing.WIDTHS[number % 3],
         packing.PRECISIONS[number % 2],
     )
+
+
+@pytest.mark.parametrize("precision", packing.PRECISIONS)
+@pytest.mark.parametrize("name", [name for name in FILTERS if name.endswith("_uv")])
+def test_lanes_that_a_filter_leaves_undecided_are_told_what_single_tests_are(name, precision):
+    check_pairs(name, 16, precision)
+    given = touching()
+    for form, exit in (("rays", "none"), ("rays", "any"), ("triangles", "none")):
+        kernel, chosen = find(name), Packing(form, 8, exit=exit)
+        scalar = one_by_one(kernel, precision, "nearest", *given)
+        assert (scalar[0] >= 0).sum() > 20
+        assert_same(in_lanes(kernel, precision, chosen, *given), scalar)
+
+
+def touching():
+    """Return triangles of whole numbers, and rays straight at their corners and edges."""
+    draw = np.random.default_rng(2)
+    corners = draw.integers(-4, 5, (60, 3, 3)).astype(np.float32)
+    aim = corners[:, 0].copy()
+    aim[::2] = (corners[::2, 0] + corners[::2, 1]) / 2
+    origins = draw.integers(-9, 10, (60, 3)).astype(np.float32)
+    return corners, origins[:56], (aim - origins)[:56]
 
 
 @pytest.mark.full

@@ -83,6 +83,27 @@ def coordinates(a, b, c):
     return {"bc": line(b, c), "ca": line(c, a), "ab": line(a, b), "n": n, "nd": dot(n, a)}
 
 
+def transformation(a, b, c):
+    ab, ac = b - a, c - a
+    normal = cross(ab, ac)
+    w, u, v = axes(normal)
+    nw = along(normal, w)
+    return {
+        "bu": along(ac, v) / nw,
+        "bv": -along(ac, u) / nw,
+        "bd": (along(c, u) * along(a, v) - along(c, v) * along(a, u)) / nw,
+        "cu": -along(ab, v) / nw,
+        "cv": along(ab, u) / nw,
+        "cd": (along(b, v) * along(a, u) - along(b, u) * along(a, v)) / nw,
+        "nu": along(normal, u) / nw,
+        "nv": along(normal, v) / nw,
+        "nd": -dot(a, normal) / nw,
+        "w": w,
+        "u": u,
+        "v": v,
+    }
+
+
 def lines(a, b, c):
     n = cross(b - a, c - a)
     w, u, v = axes(n)
@@ -113,7 +134,17 @@ def projected(a, b, c):
 OVER_ARRAYS = {
     each.__name__: each
     for each in (
-        *(stored_plane, normal, edge_normal, edges, planes, coordinates, lines, projected),
+        *(
+            stored_plane,
+            normal,
+            edge_normal,
+            edges,
+            planes,
+            coordinates,
+            lines,
+            projected,
+            transformation,
+        ),
     )
 }
 

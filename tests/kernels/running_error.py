@@ -3,7 +3,8 @@
 The rounding band of a kernel, as the tests mean it: a pair lies in it where a comparison that
 decides between hit and miss could come out otherwise without rounding, by the bounds of `bounded`.
 It is derived from the kernel's own formula, step by step, stored data included; no number in it was
-chosen. EPSILON and TOLERANCE count as errors of their own size: without rounding they would be 0.
+chosen. EPSILON, TOLERANCE, ROUNDOFF and TINY count as errors of their own size: without rounding
+they would be 0. A filter's UNDECIDED lies in the band, whatever its fallback comes to.
 """
 
 from __future__ import annotations
@@ -18,9 +19,13 @@ from bounded import Bounded, Truth, choose, greatest, least, pick, sign
 
 from rtbench.compiled import syntax
 from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE
-from rtbench.kernels.contract import HIT, Kernel
+from rtbench.kernels.contract import HIT, UNDECIDED, Kernel
 
-STANDS_FOR_0 = ("EPSILON", "TOLERANCE")
+STANDS_FOR_0 = ("EPSILON", "TOLERANCE", "ROUNDOFF", "TINY")
+OF_ARITHMETIC = {
+    "ROUNDOFF": lambda real: np.finfo(real).eps / 2,
+    "TINY": lambda real: np.finfo(real).smallest_normal,
+}
 MATH = SimpleNamespace(sqrt=np.sqrt, acos=np.arccos, copysign=sign)
 CALLS = {
     "choose": choose,
@@ -40,7 +45,7 @@ class Run:
     Attributes
     ----------
     outcome : (N,) int array
-        As the kernel itself computes it.
+        As the kernel itself computes it, UNDECIDED where its fallback is asked.
     may_hit, may_miss : (N,) bool arrays
         What its formula may come to without rounding.
     outputs : dict of str to (values, bounds)
@@ -131,6 +136,7 @@ def _names(read: dict[str, object], real: type) -> dict[str, object]:
         if isinstance(value, FunctionType):
             found[name] = _eager(value, real)
         elif isinstance(value, float):
+            value = float(OF_ARITHMETIC[name](real)) if name in OF_ARITHMETIC else value
             found[name] = Bounded(real(value), abs(value) if name in STANDS_FOR_0 else 0.0)
         elif not isinstance(value, ModuleType):
             found[name] = value
@@ -192,7 +198,8 @@ def _end(kernel, returned, names, computed, possible, found) -> None:
         return
     code = code.value if isinstance(code, ast.Constant) else names[code.id]
     found.outcome[computed] = code
-    (found.may_hit if code == HIT else found.may_miss)[possible] = True
+    found.may_hit[possible] |= code in (HIT, UNDECIDED)
+    found.may_miss[possible] |= code != HIT
     if code == HIT:
         for name, node in zip(kernel.outputs, returned[1:], strict=True):
             output = _evaluated(node, names)

@@ -55,7 +55,7 @@ def test_a_normal_is_had_where_the_pieces_give_one():
     methods = {KERNELS[n].function.__name__ for n in with_normal}
     every = {k.function.__name__ for k in KERNELS.values() if k.ending}
     # Projected and transformed, these never have one in three coordinates.
-    assert every - methods == {"moller_trumbore", "wald", "shevtsov"}
+    assert every - methods == {"moller_trumbore", "wald", "shevtsov", "baldwin_weber"}
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,10 @@ def toy(tri, ray):
 '''
 TOY_NAMES = {
     "toy" + ending + uv
-    for ending in ("", "_uvt", "_last", "_last_uvt", "_whole", "_last_whole", "_text9")
+    for ending in (
+        *("", "_uvt", "_last", "_last_uvt", "_whole", "_last_whole", "_text9"),
+        *("_stable", "_stable_whole"),
+    )
     for uv in ("", "_uv")
 }
 

@@ -13,6 +13,7 @@ from rtbench.kernels.registry import all_kernels, find, select
 LISTINGS = ("moller0", "moller1", "moller2", "moller3", "badouel", "chirkov")
 METHODS = {  # which of them project, or meet the plane first, and so can test a point alone
     "badouel_cramer": True,
+    "baldwin_weber": True,
     "half_spaces_origin": False,
     "half_spaces_perpendicular": True,
     "keidy": True,
@@ -27,6 +28,8 @@ METHODS = {  # which of them project, or meet the plane first, and so can test a
     "signed_areas": True,
     "wald": True,
 }
+STABLE = ("half_spaces_origin", "kensler_shirley", "moller_trumbore", "pluecker")
+NEVER_LEAKING = ("adaptive_exact", "half_open", "watertight", "watertight_safe")
 ENDINGS = ("", "_uvt", "_last", "_last_uvt", "_whole", "_last_whole", "_text9")
 
 HEAD = """
@@ -74,7 +77,8 @@ def write(folder, body, name="own.py", head=HEAD):
 
 
 def test_the_package_has_every_method_with_and_without_u_and_v():
-    expected = set(LISTINGS)
+    expected = {*LISTINGS, *NEVER_LEAKING}
+    expected |= {f"{method}_stable{whole}" for method in STABLE for whole in ("", "_whole")}
     for method, tests_points in METHODS.items():
         order = [e.replace("uvt", "tuv") for e in ENDINGS] if "moller" in method else ENDINGS
         expected |= {method + ending for ending in order}
