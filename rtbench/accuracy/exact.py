@@ -189,7 +189,11 @@ def side_products(
     Plücker coordinates as in Shevtsov, Soupikov and Kapustin 2007; every vertex is used as given,
     no difference is formed.
     """
-    v0, v1, v2, o, d = ([Fraction(x) for x in vector] for vector in (v0, v1, v2, orig, dir))
+    return _sides(*([Fraction(x) for x in vector] for vector in (v0, v1, v2, orig, dir)))
+
+
+def _sides(v0, v1, v2, o, d) -> tuple:
+    """Return the side products in whatever exact numbers the vectors are made of."""
     moment = _cross(o, d)
     # Line (d, o x d) with the edge's line (q - p, p x q): the products of direction and moment.
     return tuple(
@@ -211,7 +215,11 @@ def origin_volume(v0: Vector, v1: Vector, v2: Vector, orig: Vector) -> Fraction:
     Fraction
         Minus the t of `numerators`, by the volumes of the four faces about the coordinates' origin.
     """
-    v0, v1, v2, o = ([Fraction(x) for x in vector] for vector in (v0, v1, v2, orig))
+    return _volume(*([Fraction(x) for x in vector] for vector in (v0, v1, v2, orig)))
+
+
+def _volume(v0, v1, v2, o):
+    """Return the volume in whatever exact numbers the vectors are made of."""
     faces = ((v1, v2), (v2, v0), (v0, v1))
     return _dot(v0, _cross(v1, v2)) - sum(_dot(o, _cross(p, q)) for p, q in faces)
 
