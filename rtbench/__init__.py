@@ -6,9 +6,10 @@ _PUBLIC = {
     "Hits": "rtbench.compiled.intersect",
     "intersect": "rtbench.compiled.intersect",
     "list_kernels": "rtbench.compiled.catalogue",
+    "load_mesh": "rtbench.workloads.meshes",
 }
 
-__all__ = ["Hits", "intersect", "list_kernels"]
+__all__ = ["Hits", "intersect", "list_kernels", "load_mesh"]
 
 
 def __getattr__(name: str):

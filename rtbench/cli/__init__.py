@@ -15,12 +15,15 @@ COMMANDS = {
     "run": "Measure kernels.",
     "reproduce": "Repeat a thesis's table, beside its numbers.",
     "kernels": "List the kernels, or show one.",
+    "check": "Is a kernel, or a function of yours, right about hard cases?",
+    "accuracy": "What accuracy costs in time, and what it buys.",
     "machine": "What am I running on, and is it quiet enough to measure?",
     "table": "Print a run as tables.",
     "plot": "Draw a run's plots.",
     "roofline": "What bounds each kernel of a run, and what it reaches of that.",
     "diff": "Compare runs.",
     "advise": "Which kernel to take, by what was measured here.",
+    "corpus": "Write hard cases with their exact answers.",
 }
 
 

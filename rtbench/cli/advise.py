@@ -73,6 +73,9 @@ class Bytes(click.ParamType):
     "time and 1/N of the preparation.  [preparation is free]",
 )
 @click.option("--packets", is_flag=True, help="Rays come in packets.")
+@click.option("--stable", is_flag=True, help="Only kernels that are stable (S1 to S6).")
+@click.option("--watertight", is_flag=True, help="Only kernels through which no ray leaks (S2).")
+@click.option("--exact", is_flag=True, help="Only kernels whose answers are exact (X1, X2).")
 @click.option(
     "--triangles", type=int, metavar="N", help="How many there are: the nearest measured number."
 )
@@ -96,34 +99,53 @@ def command(runs, form: str, out: Path, **asked) -> None:
     runs share less than two such kernels, only what is resolved to be more than 10 % slower counts
     as slower. Preparation was timed without an interval: it may be a fifth quicker or slower.
 
+    With --stable, --watertight or --exact: what that costs beside the fastest without it. Asked are
+    then the newest runs of rtbench accuracy first, which times such kernels; which kernel holds
+    what the newest run of accuracy or stability on this machine says, else what kernels claim.
+
     json is one object: advice, question, advice table and what fell out; csv is the ranking alone.
     """
     from rtbench.records.store import load_run
     from rtbench.report.advise import Question, advise
 
-    question = Question(**asked)
+    given = [word for word in ("stable", "watertight", "exact") if asked.pop(word)]
+    if len(given) > 1:
+        raise RtbenchError(f"--{given[0]} and --{given[1]}: one of them can be asked")
+    question = Question(**asked, accuracy=given[0] if given else None)
     if runs:
         chosen = [load_run(run, out) for run in runs]
         for run in chosen:
             if run.published:
                 raise RtbenchError(f"{run.name} was published: it has no samples to ask")
     else:
-        chosen = _newest(out, question.packets)
-    show(advise(chosen, question), form)
+        chosen = _newest(out, question.packets, question.accuracy is not None)
+    standard = _standard(question.accuracy, chosen, out) if question.accuracy else None
+    show(advise(chosen, question, standard), form)
 
 
-def _newest(out: Path, packets: bool) -> list:
+def _newest(out: Path, packets: bool, judged: bool) -> list:
     from rtbench.measure.machine import fingerprint
     from rtbench.report.candidates import measured_runs
 
-    found = measured_runs(out, fingerprint(), packets)
+    found = measured_runs(out, fingerprint(), packets, judged)
     if not found:
         what = "packets" if packets else "kernels"
+        cure = "accuracy --quick" if judged else "reproduce havel --quick"
         raise RtbenchError(
             f"no finished run of this machine in {str(out)!r} measured {what}: "
-            "rtbench reproduce havel --quick makes them"
+            f"rtbench {cure} makes {'one' if judged else 'them'}"
         )
     return found
+
+
+def _standard(word: str, chosen: list, out: Path):
+    """Return who says which kernels are stable, watertight or exact."""
+    from rtbench.kernels.registry import all_kernels
+    from rtbench.report.standards import Standard, judging_runs
+
+    machine = chosen[0].info.get("machine") or {}
+    claims = {name: kernel.claims for name, kernel in all_kernels().items()}
+    return Standard(word, judging_runs(out, machine), claims)
 
 
 def show(advice, form: str) -> None:

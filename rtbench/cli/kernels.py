@@ -130,6 +130,10 @@ def show(name, asm, precision, layout):
         f"  stored      {STORED[kernel.stored]}: {known['bytes_per_triangle']} bytes a triangle "
         f"(float32, packed), {known['bytes_per_triangle_padded']} in rows of 16"
     )
+    if kernel.fallback:
+        click.echo(f"  undecided   {kernel.fallback.__name__} in {kernel.fallback.__module__}")
+    if kernel.claims:
+        click.echo(f"  claims      {', '.join(kernel.claims)}: see rtbench check")
     for title, counts in (
         ("operations", known["operations"]),
         ("vectors", known["vector_operations"]),

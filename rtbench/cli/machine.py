@@ -21,19 +21,21 @@ def command(format_: str, strict: bool) -> None:
     from dataclasses import asdict
 
     from rtbench.errors import CheckFailed
-    from rtbench.measure import machine, noise
+    from rtbench.measure import float_control, machine, noise
 
     # The loop on the clock comes first: it wakes the CPU up, so that its clock can be judged.
     jitter, resolution = noise.jitter(), noise.timer_resolution()
     load, fingerprint = machine.load(), machine.fingerprint()
+    floats = float_control.state()
     found = noise.complaints(fingerprint, load, jitter, resolution)
+    found += float_control.complaints(floats)
     quiet = noise.quiet_enough(found)
     measured = {"timer_resolution_ns": resolution, "jitter": jitter}
     parts = {
         "machine": fingerprint,
         "software": machine.software(),
         "load": load,
-        "float_state": machine.float_state(),
+        "float_state": floats,
         "noise": measured,
     }
     if format_ == "json":

@@ -59,9 +59,16 @@ class Bench:
     config : Config
     progress : callable
         Is given a text whenever something that may take long begins.
+    part : callable, optional
+        Is given how much of an untimed experiment is done, from 0 to 1.
     """
 
-    def __init__(self, config: Config, progress: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        config: Config,
+        progress: Callable[[str], None],
+        part: Callable[[float], None] = lambda fraction: None,
+    ) -> None:
         self.config = config
         self.kernels = registry.select(config.kernels)
         self.arrays = Arrays()
@@ -74,6 +81,7 @@ class Bench:
         self.remarks: list[str] = []
         self.compiled: dict[str, dict[str, dict]] = {}
         self.say = progress
+        self.part = part
         self._answers: dict[tuple, Answers] = {}
 
     def close(self) -> None:
@@ -148,7 +156,7 @@ class Bench:
                     machine_code_digest=made.code_digest,
                     compile_seconds=seconds if made.fresh else 0.0,
                 )
-                if precision == "float32" and widens(made.assembly):
+                if precision == "float32" and not kernel.fallback and widens(made.assembly):
                     self.remarks.append(
                         f"kernel {kernel.name} in float32 computes in float64 in places: a whole "
                         "number beside a float32 does that; write it as a float (2.0)"

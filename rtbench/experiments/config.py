@@ -19,6 +19,7 @@ from rtbench.workloads.draws import GENERATORS
 
 ORDERS = ("repeat", "sweep", "sorted", "shuffled")
 EXPERIMENTS = (
+    "accuracy",
     "break_even",
     "compilers",
     "density",
@@ -29,7 +30,9 @@ EXPERIMENTS = (
     "prediction",
     "relative_error",
     "soup",
+    "stability",
     "stages",
+    "watertightness",
     "working_set",
 )
 MOST = 1_000_000_000  # of anything that is counted
@@ -159,9 +162,14 @@ class Config:
 
     def quick(self) -> Config:
         """Return this with a tenth of the work, in fewer rounds if that is too little for them."""
+        if self.experiment == "watertightness":  # it times nothing
+            return dataclasses.replace(self, rays=max(1, self.rays // 10))
+        sizes = self.sizes
+        if self.experiment == "accuracy":  # its tests that are judged, not timed
+            sizes = tuple(max(1, size // 10) for size in sizes)
         repetitions = max(self.processes or 1, self.repetitions // 10)
         samples = self.samples and min(self.samples, repetitions // (self.processes or 1))
-        return dataclasses.replace(self, repetitions=repetitions, samples=samples)
+        return dataclasses.replace(self, repetitions=repetitions, samples=samples, sizes=sizes)
 
     def as_dict(self) -> dict:
         """Return what the records keep."""

@@ -13,7 +13,7 @@ from rtbench.errors import NotComparable, RtbenchError
 from rtbench.experiments.bench import Bench
 from rtbench.experiments.config import Config
 from rtbench.experiments.resumption import codes, must_be_the_same, samples_taken
-from rtbench.measure import machine, noise
+from rtbench.measure import float_control, machine, noise
 from rtbench.measure.schedule import samples_for
 from rtbench.measure.session import Plan, Worker, WorkerDied, measure
 from rtbench.records import schema
@@ -78,7 +78,7 @@ def start(
         machine.check_cpu(cpu)
     experiment = _module(config.experiment)
     before = machine.load()
-    with closing(Bench(_absolute(config), watcher.say)) as bench:
+    with closing(Bench(_absolute(config), watcher.say, watcher.progress)) as bench:
         return _first_launch(bench, experiment, watcher, before, out, label, cpu, command)
 
 
@@ -141,7 +141,7 @@ def resume(ref: str, watcher: Watcher, out: Path = Path("results")) -> Run:
         must_be_the_same(
             run.info, {"machine": machine.fingerprint(), "software": machine.software()}
         )
-        with closing(Bench(config, watcher.say)) as bench:
+        with closing(Bench(config, watcher.say, watcher.progress)) as bench:
             experiment.build(bench)
             now = {"workloads": bench.workloads, "outcomes": bench.outcomes}
             must_be_the_same(run.info, now | {"kernels": codes(bench.compiled)})
@@ -213,6 +213,7 @@ def _info(
 ) -> dict:
     config = bench.config
     fingerprint = machine.fingerprint()
+    floats, compiled = float_control.state(), float_control.compiled_state()
     return {
         "experiment": config.experiment,
         "title": config.title,
@@ -223,9 +224,9 @@ def _info(
         "plan": {"processes": processes, "rounds": rounds, "cpu": cpu} | _work(bench),
         "machine": fingerprint,
         "software": machine.software(),
-        "float_state": machine.float_state(),
+        "float_state": floats | {"compiled": compiled},
         "load": {"before": before},
-        "remarks": bench.remarks + _remarks(fingerprint, before),
+        "remarks": bench.remarks + _remarks(fingerprint, before, [floats, compiled]),
         "workloads": bench.workloads,
         "kernels": bench.compiled,
         "outcomes": bench.outcomes,
@@ -233,12 +234,13 @@ def _info(
     }
 
 
-def _remarks(fingerprint: dict, load: dict) -> list[str]:
+def _remarks(fingerprint: dict, load: dict, floats: list[dict]) -> list[str]:
     """Return what disturbs measuring right now, each with its cure.
 
     The load average is left out: it remembers the run before this one.
     """
     found = noise.complaints(fingerprint, load | {"loadavg": machine.UNKNOWN})
+    found += float_control.complaints(*floats)
     return [f"disturbed: {each.what}; cure: {each.cure}" for each in found if each.serious]
 
 

@@ -14,8 +14,9 @@ Three stages, each of which passes on what it cannot decide:
    two more roundings, of c one: 9/8, 9/8 and 8/8 of the three bounds, 1.25 of their sum is enough.
    TINY (1 + |d| + |e| + |f| + |s|) covers underflow: an operation that underflows errs by u TINY
    at most and is multiplied by at most one vector afterwards. Where a product of norms overflows,
-   the bound is infinite and nothing is decided; multiplying by 8 first leaves no room for a
-   determinant to overflow before it. Comparisons with NaN fail and decide nothing.
+   the bound is infinite and nothing is decided. A determinant that overflows where that product
+   just does not has a partial sum of its whole permanent, and so the sign of that; its inverse is
+   0, and so is t: not a hit. Comparisons with NaN fail and decide nothing.
 2. The three sides d.((p - o) x (q - o)) and the volume (a - o).((b - o) x (c - o)) in float64, with
    a bound by the permanent: `rtbench.kernels.exact_signs`.
 3. The same, summed exactly. A ray that touches an edge or a vertex is a tie, decided as if its
@@ -143,7 +144,7 @@ def adaptive_exact(tri, ray, tmax):
     nz = ex * fy - ey * fx
     nd = ray.dir[0] * nx + ray.dir[1] * ny + ray.dir[2] * nz
     ef = e1 * f1
-    det_error = 8.0 * (d1 * ef) * ROUNDOFF + tiny
+    det_error = 8.0 * ROUNDOFF * (d1 * ef) + tiny
     size = abs(nd)
     sure = size > det_error
 
@@ -153,14 +154,14 @@ def adaptive_exact(tri, ray, tmax):
     iz = sx * ray.dir[1] - sy * ray.dir[0]
     ds = d1 * s1
     b = flipped(-(fx * ix + fy * iy + fz * iz), nd)
-    b_error = 8.0 * (ds * f1) * ROUNDOFF + tiny
+    b_error = 8.0 * ROUNDOFF * (ds * f1) + tiny
     if sure & (b < -b_error):
         return 2, NO_T, NO_T, NO_T
     "b"
 
     # c = e.(s x d), a = |det| - b - c
     c = flipped(ex * ix + ey * iy + ez * iz, nd)
-    c_error = 8.0 * (ds * e1) * ROUNDOFF + tiny
+    c_error = 8.0 * ROUNDOFF * (ds * e1) + tiny
     a = size - b - c
     a_error = 1.25 * (det_error + b_error + c_error)
     if sure & ((c < -c_error) | (a < -a_error)):
@@ -169,7 +170,7 @@ def adaptive_exact(tri, ray, tmax):
 
     # whether the plane lies ahead: s.N against the side of d
     ahead = flipped(-(sx * nx + sy * ny + sz * nz), nd)
-    ahead_error = 10.0 * (s1 * ef) * ROUNDOFF + tiny
+    ahead_error = 10.0 * ROUNDOFF * (s1 * ef) + tiny
     if sure & (ahead < -ahead_error):
         return 4, NO_T, NO_T, NO_T
 

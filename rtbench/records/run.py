@@ -89,6 +89,36 @@ class Run:
         """One row a kernel, precision, preparation and density; may be empty."""
         return self._table(schema.CHOICES)
 
+    @cached_property
+    def stability(self) -> "pandas.DataFrame":
+        """One row a kernel and precision: what hard cases showed; may be empty."""
+        return self._table(schema.STABILITY)
+
+    @cached_property
+    def families(self) -> "pandas.DataFrame":
+        """One row a kernel, precision and family of hard cases; may be empty."""
+        return self._table(schema.FAMILIES)
+
+    @cached_property
+    def curves(self) -> "pandas.DataFrame":
+        """One row a kernel, precision, family and difficulty; may be empty."""
+        return self._table(schema.CURVES)
+
+    @cached_property
+    def leaks(self) -> "pandas.DataFrame":
+        """One row a kernel or peer, precision, place and aim: rays that leaked; may be empty."""
+        return self._table(schema.LEAKS)
+
+    @cached_property
+    def peers(self) -> "pandas.DataFrame":
+        """One row a peer, or kernel beside them, and precision; may be empty."""
+        return self._table(schema.PEERS)
+
+    @cached_property
+    def accuracy(self) -> "pandas.DataFrame":
+        """One row a form of a kernel and workload: what it gets wrong; may be empty."""
+        return self._table(schema.ACCURACY)
+
     def _table(self, name: str) -> "pandas.DataFrame":
         path = self.path / name
         if path.exists():

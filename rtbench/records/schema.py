@@ -9,9 +9,15 @@ OUTCOMES = "outcomes.csv"
 OPERATIONS = "operations.csv"
 ERRORS = "errors.csv"
 CHOICES = "choices.csv"
+STABILITY = "stability.csv"
+FAMILIES = "families.csv"
+CURVES = "curves.csv"
+LEAKS = "leaks.csv"
+PEERS = "peers.csv"
+ACCURACY = "accuracy.csv"
 
 # Experiments without samples.
-UNTIMED = frozenset({"operations", "relative_error"})
+UNTIMED = frozenset({"operations", "relative_error", "stability", "watertightness"})
 
 # The loop without a kernel: shown as a row of its own, never ranked, never averaged.
 EMPTY = "empty"
@@ -91,10 +97,145 @@ CHOICE_COLUMNS = (
     "differ",
     "within_rounding",
 )
-TABLES = {OPERATIONS: OPERATION_COLUMNS, ERRORS: ERROR_COLUMNS, CHOICES: CHOICE_COLUMNS}
+# Hard cases: counts are over the core families; p99 in roundoffs of condition and value; the
+# criteria are 1 where they hold. What is said of causes is absent without an exact form.
+CRITERIA = ("S1", "S2", "S3", "S4", "S5", "S6", "R1", "X1", "X2")
+STABILITY_COLUMNS = (
+    "kernel",
+    "precision",
+    "wrong",
+    "unstable",
+    "leaks",
+    "groups",
+    "doubles",
+    "invalid_accepted",
+    "permutation",
+    "c_star",
+    "p99_t",
+    "p99_u",
+    "p99_v",
+    *CRITERIA,
+    "edges",
+    "decided",
+    "wrong_outside_core",
+    "nonfinite",
+    "wrong_by_method",
+    "wrong_by_stored_data",
+    "wrong_by_arithmetic",
+    "leaks_by_method",
+    "claims",
+    "why",
+)
+# The same by family: p50, p99 and greatest error, and p99 of the relative error and of ulps.
+FAMILY_COLUMNS = (
+    "kernel",
+    "precision",
+    "family",
+    "cases",
+    "decided",
+    "wrong",
+    "unstable",
+    "c_star",
+    "leaks",
+    "groups",
+    "doubles",
+    "permutation",
+    "strange",
+    "accepted",
+    "knee",
+    *(f"{measure}_{x}" for x in "tuv" for measure in ("p50", "p99", "max", "relative", "ulps")),
+)
+CURVE_COLUMNS = (
+    "kernel",
+    "precision",
+    "family",
+    "difficulty",
+    "decided",
+    "wrong",
+    "wrong_share",
+    "p99_t",
+    "p99_u",
+    "p99_v",
+)
+# Rays from inside a closed mesh, by what they were aimed at; peer: a library's version, absent of
+# kernels. exact: pass through their target exactly; elsewhere: hit far from it.
+LEAK_COLUMNS = (
+    "kernel",
+    "peer",
+    "precision",
+    "place",
+    "aim",
+    "rays",
+    "exact",
+    "leaks",
+    "elsewhere",
+)
+# Hard cases as libraries answer them; scene_leaks: groups in one scene of which nothing is hit.
+PEER_COLUMNS = (
+    "kernel",
+    "peer",
+    "precision",
+    "decided",
+    "wrong",
+    "unstable",
+    "leaks",
+    "groups",
+    "doubles",
+    "scene_leaks",
+    "permutation",
+    "invalid_accepted",
+    "refused",
+    "c_star",
+    "p99_t",
+    "p99_u",
+    "p99_v",
+)
+# Typical tests and hard cases (workload: corpus) as each form answers them; wrong, unstable, leaks
+# and doubles of the corpus are over the core families. undecided: by the filter alone;
+# undecided64: of these by a float64 filter too.
+ACCURACY_COLUMNS = (
+    "kernel",
+    "precision",
+    "flags",
+    "reciprocal",
+    "workload",
+    "tests",
+    "decided",
+    "hits",
+    "wrong",
+    "missed",
+    "extra",
+    "unstable",
+    "leaks",
+    "groups",
+    "doubles",
+    "invalid_accepted",
+    "wrong_outside_core",
+    "p99_t",
+    "relative_t",
+    "undecided",
+    "undecided64",
+    *CRITERIA,
+)
+LENGTHS = "length of dir"  # a curve of its own, of no family: easy cases over log10 |dir|
+STABILITY_TABLES = (STABILITY, FAMILIES, CURVES)
+
+TABLES = {
+    OPERATIONS: OPERATION_COLUMNS,
+    ERRORS: ERROR_COLUMNS,
+    CHOICES: CHOICE_COLUMNS,
+    STABILITY: STABILITY_COLUMNS,
+    FAMILIES: FAMILY_COLUMNS,
+    CURVES: CURVE_COLUMNS,
+    LEAKS: LEAK_COLUMNS,
+    PEERS: PEER_COLUMNS,
+    ACCURACY: ACCURACY_COLUMNS,
+}
 
 # A kernel may be called 1e3 and a label 7: these columns stay text whatever they look like.
-TEXT_COLUMNS = frozenset({"kernel", "label", "precision", "order", "table"})
+TEXT_COLUMNS = frozenset(
+    {"kernel", "label", "precision", "order", "table", "family", "edges", "claims", "why", "peer"}
+)
 INTEGER_COLUMNS = frozenset(
     {
         "outcome",

@@ -20,6 +20,7 @@ from rtbench.report.candidates import (
     same_machine,
 )
 from rtbench.report.cells import density_text
+from rtbench.report.standards import REQUIRED, Standard
 
 if TYPE_CHECKING:
     from rtbench.records.run import Run
@@ -52,6 +53,8 @@ class Question:
         Bytes for all of them; needs triangles.
     packets : bool
         Whether rays come in packets.
+    accuracy : str or None
+        What it must be: stable, watertight or exact.
 
     Raises
     ------
@@ -67,6 +70,7 @@ class Question:
     triangles: int | None = None
     memory: int | None = None
     packets: bool = False
+    accuracy: str | None = None
 
     def __post_init__(self) -> None:
         allowed = {"stored": STORED, "outputs": OUTPUTS}
@@ -74,6 +78,8 @@ class Question:
         for name, values in allowed.items():
             if getattr(self, name) not in values:
                 raise RtbenchError(unknown(name, str(getattr(self, name)), values))
+        if self.accuracy is not None and self.accuracy not in REQUIRED:
+            raise RtbenchError(unknown("accuracy", str(self.accuracy), REQUIRED))
         if not 0 <= self.hit_ratio <= 1:
             raise RtbenchError(f"hit ratio {self.hit_ratio:g} is not allowed (allowed: 0 to 1)")
         for name in ("rays_per_triangle", "triangles", "memory"):
@@ -102,6 +108,8 @@ class Advice:
         Candidate, reason, detail: what does not fit, by reason.
     remarks : list of str
         What makes the answer less sure, or says how it was got.
+    free : list of Ranked
+        What would fit if no accuracy were asked for, best first; empty if none is.
     """
 
     question: Question
@@ -109,6 +117,7 @@ class Advice:
     ranking: list[Ranked]
     fell_out: list[tuple[Candidate, str, str]]
     remarks: list[str] = field(default_factory=list)
+    free: list[Ranked] = field(default_factory=list)
 
     @property
     def level(self) -> list[Ranked]:
@@ -116,7 +125,7 @@ class Advice:
         return [one for one in self.ranking if one.level]
 
 
-def advise(runs: Sequence["Run"], question: Question) -> Advice:
+def advise(runs: Sequence["Run"], question: Question, standard: Standard | None = None) -> Advice:
     """Answer a question from runs.
 
     Parameters
@@ -124,6 +133,8 @@ def advise(runs: Sequence["Run"], question: Question) -> Advice:
     runs : sequence of Run
         Of one machine, with samples.
     question : Question
+    standard : Standard, optional
+        Who says which kernels are as accurate as the question asks.
 
     Returns
     -------
@@ -140,8 +151,10 @@ def advise(runs: Sequence["Run"], question: Question) -> Advice:
     for run in runs[1:]:
         if not same_machine(runs[0].info.get("machine") or {}, run.info.get("machine") or {}):
             raise NotComparable(f"{runs[0].name} and {run.name} were made on different machines")
-    asked = comparable(runs, question.packets)
-    found = [one for run in asked for one in candidates(run, question.hit_ratio)]
+    if question.accuracy and standard is None:
+        standard = Standard(question.accuracy, runs)
+    asked = comparable(runs, question.packets, question.accuracy is not None)
+    found = [one for run in asked for one in candidates(run, question.hit_ratio, question.packets)]
     if not found:
         kind = "packets" if question.packets else "single rays (soup, break_even, density)"
         names = ", ".join(run.name for run in runs)
@@ -166,11 +179,27 @@ def advise(runs: Sequence["Run"], question: Question) -> Advice:
         elif reason:
             fell_out.append((one, *reason))
     shared = here if len(asked) > 1 else []
+    free: list[Ranked] = []
+    if question.accuracy:
+        free, _ = rank(fits, Clocks(shared), question.rays_per_triangle)
+        reasons = {one: standard.misfit(one.kernel, one.precision) for one in fits}
+        fell_out += [(one, f"not {question.accuracy}", why) for one, why in reasons.items() if why]
+        fits = [one for one, why in reasons.items() if not why]
     ranking, apart = rank(fits, Clocks(shared), question.rays_per_triangle)
     used = [run for run in asked if any(one.run is run for one in newest.values())]
     remarks = _remarks(question, used, [*newest.values()], scene, apart, ranking)
+    if question.accuracy and ranking:
+        remarks.insert(0, _told_by(question.accuracy, ranking, standard))
     fell_out.sort(key=lambda entry: entry[1])
-    return Advice(question, used, ranking, fell_out, remarks)
+    return Advice(question, used, ranking, fell_out, remarks, free)
+
+
+def _told_by(word: str, ranking: Sequence[Ranked], standard: Standard) -> str:
+    """Return who says that what is ranked is as accurate as it was asked to be."""
+    kernels = [one.candidate for one in ranking]
+    told = [standard.source(one.kernel, one.precision) for one in kernels]
+    sources = " and ".join(dict.fromkeys(told))
+    return f"{word} ({' '.join(REQUIRED[word])}) by {sources}: as far as hard cases show"
 
 
 def _misfit(

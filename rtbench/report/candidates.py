@@ -20,12 +20,15 @@ if TYPE_CHECKING:
 SOUPS = ("soup", "break_even")
 PACKETS = ("packets",)
 PAIRS = ("density",)
+ACCURACY = ("accuracy",)
 # Columns of a cell that tell a workload, not a way to do it.
-WORKLOAD = ("density", "order", "scene", "triangles", "packet", "angle")
+WORKLOAD = ("density", "order", "scene", "triangles", "packet", "angle", "workload", "flags")
 # What the rays of a packet share and how far they spread: cells of one kind are compared.
 KIND = ("packet", "angle")
 # What a config asks, beside how long: a newer run of the same replaces an older one.
 ASKED = ("name", "kernels", "precisions", "densities", "triangles", "rays", "sizes", "prepared")
+MESH = "mesh"  # of a run of accuracy: rays that meet all of its triangles
+SCALAR = "scalar"  # the form of a run of accuracy that is not in packets
 ORDER = "sweep"  # as rays meet triangles: nothing is repeated until it is learnt
 MACHINE = ("cpu_model", "cpu_family", "cpu_model_number", "cpu_stepping", "cpu_flags", "caches")
 
@@ -121,7 +124,9 @@ def same_machine(one: dict, other: dict) -> bool:
     return all(one.get(name) == other.get(name) for name in MACHINE)
 
 
-def measured_runs(out: Path, machine: dict, packets: bool = False) -> list["Run"]:
+def measured_runs(
+    out: Path, machine: dict, packets: bool = False, judged: bool = False
+) -> list["Run"]:
     """Return the newest finished run of each config that was made on a machine.
 
     Parameters
@@ -132,12 +137,20 @@ def measured_runs(out: Path, machine: dict, packets: bool = False) -> list["Run"
         The machine's fingerprint, as run.json keeps it.
     packets : bool
         Runs of packets, not of single rays.
+    judged : bool
+        Runs of the experiment accuracy first, which has the kernels that stay stable.
 
     Returns
     -------
     list of Run
-        Newest first; runs over soups, or over pairs where there are none.
+        Newest first; runs over soups, or over pairs where there are none, or of accuracy.
     """
+    found = [run for run in finished_runs(out, machine) if (run.path / schema.SAMPLES).exists()]
+    return comparable(found, packets, judged)
+
+
+def finished_runs(out: Path, machine: dict) -> list["Run"]:
+    """Return the newest finished run of each config that a machine made, with samples or not."""
     from rtbench.records.run import Run, read_info
 
     newest: dict[str, Run] = {}
@@ -146,27 +159,28 @@ def measured_runs(out: Path, machine: dict, packets: bool = False) -> list["Run"
             run = Run(file.parent, read_info(file.parent))
         except NotComparable:
             continue  # damaged, or of a newer rtbench: whoever asks for it by name is told
-        if not run.finished or run.published or not (file.parent / schema.SAMPLES).exists():
+        if not run.finished or run.published:
             continue
         if not same_machine(run.info.get("machine") or {}, machine):
             continue
         told = run.info.get("config") or {}
         config = json.dumps([run.info.get("experiment"), *(told.get(name) for name in ASKED)])
-        if config not in newest or _created(newest[config]) < _created(run):
+        if config not in newest or created(newest[config]) < created(run):
             newest[config] = run
-    return comparable(list(newest.values()), packets)
+    return list(newest.values())
 
 
-def comparable(runs: Sequence["Run"], packets: bool = False) -> list["Run"]:
+def comparable(runs: Sequence["Run"], packets: bool = False, judged: bool = False) -> list["Run"]:
     """Return those runs, newest first, whose workloads mean the same: packets, soups, or pairs."""
-    for group in (PACKETS,) if packets else (SOUPS, PAIRS):
+    groups = (PACKETS, ACCURACY) if packets else (SOUPS, PAIRS, ACCURACY)
+    for group in (ACCURACY, *groups) if judged else groups:
         found = [run for run in runs if run.info.get("experiment") in group]
         if found:
-            return sorted(found, key=_created, reverse=True)
+            return sorted(found, key=created, reverse=True)
     return []
 
 
-def candidates(run: "Run", hit_ratio: float) -> list[Candidate]:
+def candidates(run: "Run", hit_ratio: float, packets: bool = False) -> list[Candidate]:
     """Return what a run measured, between its hit ratios as the mixture of both.
 
     Parameters
@@ -175,6 +189,8 @@ def candidates(run: "Run", hit_ratio: float) -> list[Candidate]:
         With samples; cells in another order than sweep are left out.
     hit_ratio : float
         A measured one (also by its nominal name), one between two, else the nearest is taken.
+    packets : bool
+        Of a run of accuracy, which has both: what was taken in packets.
 
     Returns
     -------
@@ -192,7 +208,11 @@ def candidates(run: "Run", hit_ratio: float) -> list[Candidate]:
             continue  # blocks of pairs too: they are of no kind
         if not isinstance(density, float) or cell.get("order", ORDER) != ORDER:
             continue
-        way = tuple((k, cell[k]) for k in run.cell if k not in (*WORKLOAD, "kernel", "precision"))
+        if not _is_asked(run, cell, packets):
+            continue
+        told = (*WORKLOAD, "kernel", "precision")
+        told = (*told, "form", "width") if cell.get("form") == SCALAR else told
+        way = tuple((k, cell[k]) for k in run.cell if k not in told)
         scene = cell.get("scene") or _scene(run, density)
         same = cells.setdefault((cell["kernel"], cell["precision"], way, scene), {})
         same[density] = derive.times(samples)
@@ -206,6 +226,17 @@ def candidates(run: "Run", hit_ratio: float) -> list[Candidate]:
             outside = 0.0 if nominal else max(min(points) - hit_ratio, hit_ratio - max(points), 0)
             found.append(Candidate(run, kernel, precision, way, scene, mixed, outside, points))
     return found
+
+
+def _is_asked(run: "Run", cell: dict, packets: bool) -> bool:
+    """Tell whether a cell of a run of accuracy is of a kernel to take; any cell of other runs."""
+    if run.info.get("experiment") not in ACCURACY:
+        return True
+    usual = {"flags": "strict", "reciprocal": "division"}
+    usual["form"] = "pairs" if packets else SCALAR
+    if cell["kernel"] in (run.info.get("apart") or []) or cell["workload"] == MESH:
+        return False
+    return all(cell[k] == v for k, v in usual.items())
 
 
 def kind_of_packets(run: "Run") -> dict:
@@ -266,5 +297,6 @@ def _hit_ratio(run: "Run", scene: int, density: float) -> float:
     return float(row.get("hit_ratio") or density)
 
 
-def _created(run: "Run") -> str:
+def created(run: "Run") -> str:
+    """Return when a run was begun, as text that sorts."""
     return str(run.info.get("created") or run.name)

@@ -28,6 +28,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     dict of str to Figure
         File name without suffix to chart; empty if there is nothing to plot.
     """
+    from rtbench.report.charts.accuracy import front_charts
     from rtbench.report.charts.break_even import break_even_chart
     from rtbench.report.charts.break_even_map import break_even_map
     from rtbench.report.charts.compilers import compilers_chart
@@ -41,7 +42,9 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     from rtbench.report.charts.penalty import penalty_chart
     from rtbench.report.charts.soup import soup_chart
     from rtbench.report.charts.spread import has_spread, spread_chart
+    from rtbench.report.charts.stability import curve_charts, families_chart
     from rtbench.report.charts.stages import stages_chart
+    from rtbench.report.charts.watertightness import leaks_chart
     from rtbench.report.charts.working_set import working_set_chart
 
     own = {"stages": stages_chart, "working_set": working_set_chart, "latency": latency_chart}
@@ -49,7 +52,9 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     own |= {"compilers": compilers_chart, "packets": packets_chart}
     experiment = run.info.get("experiment")
     found = {}
-    if experiment in own:
+    if experiment == "accuracy":
+        found |= front_charts(run)
+    elif experiment in own:
         if len(cells.times_of(run)):
             name = "break_even_map" if experiment == "break_even" else experiment
             found[name] = own[experiment](run)
@@ -69,6 +74,11 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         found["outcomes"] = outcomes_chart(run)
     if len(run.errors):
         found["errors"] = errors_chart(run)
+    if len(run.families):
+        found["families"] = families_chart(run)
+    found |= curve_charts(run)
+    if len(run.leaks):
+        found["leaks"] = leaks_chart(run)
     if _repeated(run):
         found["drift"] = drift_chart(run)
     return found

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rtbench.errors import RtbenchError
 from rtbench.records.tabular import reason, replace
+from rtbench.report.layouts.accuracy import accuracy_tables
 from rtbench.report.layouts.break_even import break_even_tables
 from rtbench.report.layouts.compilers import compilers_tables
 from rtbench.report.layouts.density import time_tables
@@ -20,6 +21,8 @@ from rtbench.report.layouts.experiments import (
 from rtbench.report.layouts.outcomes import operations_table, outcomes_table
 from rtbench.report.layouts.packets import packets_tables
 from rtbench.report.layouts.soup import soup_tables
+from rtbench.report.layouts.stability import stability_tables
+from rtbench.report.layouts.watertightness import watertightness_tables
 from rtbench.report.tables import SUFFIXES, Table
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ _OWN_LAYOUT = {
     "latency": latency_table,
 }
 _OWN_LAYOUTS = {
+    "accuracy": accuracy_tables,
     "soup": soup_tables,
     "break_even": break_even_tables,
     "compilers": compilers_tables,
@@ -66,6 +70,8 @@ def tables_of(run: "Run") -> list[Table]:
         operations_table(run),
     ]
     found += error_tables(run)
+    found += stability_tables(run)
+    found += watertightness_tables(run)
     return [table for table in found if table.rows]
 
 

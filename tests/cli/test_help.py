@@ -46,7 +46,7 @@ def shown(text):
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_examples_work(rtbench, command):
     for arguments in shown(rtbench(*command, "--help").out):
-        if arguments[0] in ("reproduce", "advise"):
+        if arguments[0] in ("reproduce", "advise", "accuracy"):
             continue  # one measures for minutes, one asks runs: both have tests of their own
         if "working-set" in arguments:
             continue  # draws a million pairs

@@ -62,6 +62,7 @@ def sentence(advice: Advice) -> str:
             words.append(
                 f"Measured slower, but too unsurely to tell: {_names(unsure, MOST_NAMES)}."
             )
+    words += _price(advice, best)
     slower = [one for one in advice.ranking if not one.level]
     if slower:
         first = slower[0]
@@ -69,6 +70,24 @@ def sentence(advice: Advice) -> str:
     elif not others:
         words.append("Nothing else that was measured fits.")
     return " ".join(words)
+
+
+def _price(advice: Advice, best: Ranked) -> list[str]:
+    """Return what the accuracy that was asked for costs beside the fastest without it."""
+    word = advice.question.accuracy
+    if not word or not advice.free:
+        return []
+    fastest = advice.free[0]
+    if fastest.candidate is best.candidate:
+        return [f"To be {word} costs nothing: it is the fastest of all that fit otherwise."]
+    own = next(one for one in advice.free if one.candidate is best.candidate)
+    beside = f"beside {name(fastest.candidate)}, the fastest that need not be"
+    if own.level:
+        return [f"To be {word} makes no difference that is resolved {beside}."]
+    low, high = own.ratio.interval() or (None, None)
+    value, *ends = (None if x is None else 100 * (x - 1) for x in (own.ratio.value, low, high))
+    text = f"{measured(value, *ends, most=1).text} % {interval(value, *ends, most=1)}".strip()
+    return [f"To be {word} costs {text} {beside}."]
 
 
 def advice_tables(advice: Advice) -> list[Table]:
@@ -167,6 +186,7 @@ def _title(advice: Advice) -> str:
     words = [f"stored at most: {question.stored}", f"returned: {', '.join(question.outputs)}"]
     words += [f"hit ratio {question.hit_ratio:g}", question.precision]
     words += ["packets"] if question.packets else []
+    words += [question.accuracy] if question.accuracy else []
     if question.rays_per_triangle is not None:
         words.append(f"{question.rays_per_triangle:g} rays per triangle")
     if question.memory is not None:
