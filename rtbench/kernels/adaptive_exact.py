@@ -12,6 +12,7 @@ Three stages, each of which passes on what it cannot decide:
 
    bound the errors, rounding of the bounds included: gamma_8 (1 - u)^-10 < 9 u. |det| - b - c takes
    two more roundings, of c one: 9/8, 9/8 and 8/8 of the three bounds, 1.25 of their sum is enough.
+   b - |det| takes one: where it exceeds the sum of both bounds, a or c is negative.
    TINY (1 + |d| + |e| + |f| + |s|) covers underflow: an operation that underflows errs by u TINY
    at most and is multiplied by at most one vector afterwards. Where a product of norms overflows,
    the bound is infinite and nothing is decided. A determinant that overflows where that product
@@ -148,14 +149,14 @@ def adaptive_exact(tri, ray, tmax):
     size = abs(nd)
     sure = size > det_error
 
-    # b = -f.(s x d)
+    # b = -f.(s x d), the weight of v1 times |det|
     ix = sy * ray.dir[2] - sz * ray.dir[1]
     iy = sz * ray.dir[0] - sx * ray.dir[2]
     iz = sx * ray.dir[1] - sy * ray.dir[0]
     ds = d1 * s1
     b = flipped(-(fx * ix + fy * iy + fz * iz), nd)
     b_error = 8.0 * ROUNDOFF * (ds * f1) + tiny
-    if sure & (b < -b_error):
+    if sure & ((b < -b_error) | (b - size > b_error + det_error)):
         return 2, NO_T, NO_T, NO_T
     "b"
 
