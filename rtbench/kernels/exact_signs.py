@@ -39,7 +39,8 @@ THREEFOLD = 2.0**-80
 NOTHING = -100000  # below the exponent of every product
 
 # What is subtracted of det(a, b, c) to translate by o: each mode does what the one before does.
-SECOND, THIRD, ALL = 0, 1, 2  # b by o; b and c by o; a, b and c by o
+# Floats: of whole numbers each would be compiled on its own.
+SECOND, THIRD, ALL = 0.0, 1.0, 2.0  # b by o; b and c by o; a, b and c by o
 
 
 def double(x):
