@@ -94,6 +94,7 @@ def _checked(names, precisions, corpus, every, families, seed, progress):
     from rtbench.compiled.layout import PRECISIONS, check_precision
     from rtbench.errors import RtbenchError
     from rtbench.experiments import stability
+    from rtbench.measure import float_control
 
     for precision in precisions:
         check_precision(precision)
@@ -108,9 +109,11 @@ def _checked(names, precisions, corpus, every, families, seed, progress):
         for place, (subject, precision) in enumerate(work):
             progress.progress(place / len(work))
             checks.append(subject.check(precision, cases, lengths))
+        floats = float_control.state(), float_control.compiled_state()
     if not checks:
         raise RtbenchError("; ".join(remarks))
-    return checks, remarks
+    found = float_control.complaints(*floats)  # a function's library may have switched them
+    return checks, [*remarks, *(f"{one.what}: {one.why}; {one.cure}" for one in found)]
 
 
 def _show(checks, remarks, form: str) -> None:

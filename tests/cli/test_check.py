@@ -1,6 +1,9 @@
 """``rtbench check``: the table, JSON, a corpus of one's own, functions, claims, bad input."""
 
 import json
+import platform
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -112,6 +115,27 @@ def test_csv_is_the_table_of_kernels(rtbench, corpus):
     told = rtbench("check", "wald", "--corpus", corpus, "-q", "--format", "csv")
     lines = told.out.splitlines()
     assert lines[0].startswith("kernel,precision,wrong,unstable,") and len(lines) == 3
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or platform.machine() != "x86_64", reason="glibc's fenv_t on x86-64"
+)
+def test_a_function_whose_library_flushes_subnormals_is_told_of(tmp_path):
+    (tmp_path / "flushing.py").write_text(
+        "import ctypes\n"
+        "import numpy as np\n\n\n"
+        "def never(triangles, origins, directions):\n"
+        "    libm, words = ctypes.CDLL('libm.so.6'), (ctypes.c_uint32 * 8)()\n"
+        "    libm.fegetenv(words)\n"
+        "    words[7] |= 0x8000  # flush to zero\n"
+        "    libm.fesetenv(words)\n"
+        "    return np.zeros(len(origins), bool)\n"
+    )
+    command = [sys.executable, "-m", "rtbench", "check", "flushing.py:never"]
+    command += ["--family", "near_edge"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0
+    assert "subnormal results (FTZ) count as zero in this process" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["my_functions:{}", "my_functions.py:{}"])
