@@ -55,7 +55,7 @@ LARGEST = 2.0**150
 SMALLEST = 2.0**-180
 
 
-def _bounded(triangles, origins, directions, i):
+def bounded(triangles, origins, directions, i):
     """Return det, u, v, t in float64, their bounds, |n||d|, and the sum of the four 1-norms."""
     v0x = np.float64(triangles[i, 0, 0])
     v0y = np.float64(triangles[i, 0, 1])
@@ -150,7 +150,7 @@ def _same_sign(det, u, v, det_error, u_error, v_error):
 def _filter(triangles, origins, directions, margin, grazing, out):
     """Write the class of each pair: HIT, MISS, NEAR_EDGE, GRAZING or UNDECIDED."""
     for i in range(out.shape[0]):
-        det, u, v, _, det_error, u_error, v_error, _, lengths, norms = _bounded(
+        det, u, v, _, det_error, u_error, v_error, _, lengths, norms = bounded(
             triangles, origins, directions, i
         )
         out[i] = UNDECIDED
@@ -175,7 +175,7 @@ def _filter(triangles, origins, directions, margin, grazing, out):
 def _reference(triangles, origins, directions, out):
     """Write t, u, v and their bounds in rows of six; NaN where the sign of det is not certain."""
     for i in range(out.shape[0]):
-        det, u, v, t, det_error, u_error, v_error, t_error, _, norms = _bounded(
+        det, u, v, t, det_error, u_error, v_error, t_error, _, norms = bounded(
             triangles, origins, directions, i
         )
         certain = abs(det) - det_error
@@ -192,7 +192,7 @@ def _reference(triangles, origins, directions, out):
             out[i, k] = 1.01 * (x_error + abs(x) * det_error) / certain + own
 
 
-_CONSTANTS = {
+CONSTANTS = {
     "ROUNDOFF": repr(ROUNDOFF),
     "UNDERFLOW": repr(UNDERFLOW),
     "LARGEST": repr(LARGEST),
@@ -203,7 +203,7 @@ _CONSTANTS = {
     "GRAZING": repr(GRAZING),
     "UNDECIDED": repr(UNDECIDED),
 }
-_PAIRS = "{0}[:,:,::1], {0}[:,::1], {0}[:,::1]"
+PAIRS = "{0}[:,:,::1], {0}[:,::1], {0}[:,::1]"
 
 
 @cache
@@ -222,9 +222,9 @@ def compiled_filter(dtype: str) -> Instance:
     """
     return instantiate(
         _filter,
-        signature=f"void({_PAIRS.format(dtype)}, float64, float64, int8[::1])",
-        callees=(_bounded, _beyond, _clear, _same_sign),
-        constants=_CONSTANTS,
+        signature=f"void({PAIRS.format(dtype)}, float64, float64, int8[::1])",
+        callees=(bounded, _beyond, _clear, _same_sign),
+        constants=CONSTANTS,
         title=f"Classes of {dtype} line/triangle pairs, as far as float64 proves them.",
     )
 
@@ -245,8 +245,8 @@ def compiled_reference(dtype: str) -> Instance:
     """
     return instantiate(
         _reference,
-        signature=f"void({_PAIRS.format(dtype)}, float64[:,::1])",
-        callees=(_bounded,),
-        constants=_CONSTANTS,
+        signature=f"void({PAIRS.format(dtype)}, float64[:,::1])",
+        callees=(bounded,),
+        constants=CONSTANTS,
         title=f"t, u, v of {dtype} line/triangle pairs with error bounds.",
     )

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from rtbench.accuracy.bounds import _CONSTANTS, _PAIRS, LARGEST, UNDECIDED, _bounded
+from rtbench.accuracy.bounds import CONSTANTS, LARGEST, PAIRS, UNDECIDED, bounded
 from rtbench.accuracy.exact import HIT, MISS
 from rtbench.compiled.instantiate import Instance, instantiate
 
@@ -20,7 +20,7 @@ from rtbench.compiled.instantiate import Instance, instantiate
 def _ray_filter(triangles, origins, directions, out):
     """Write HIT, MISS or UNDECIDED for each ray."""
     for i in range(out.shape[0]):
-        det, u, v, t, det_error, u_error, v_error, t_error, _, norms = _bounded(
+        det, u, v, t, det_error, u_error, v_error, t_error, _, norms = bounded(
             triangles, origins, directions, i
         )
         out[i] = UNDECIDED
@@ -60,9 +60,9 @@ def compiled_ray_filter(dtype: str) -> Instance:
     """
     return instantiate(
         _ray_filter,
-        signature=f"void({_PAIRS.format(dtype)}, int8[::1])",
-        callees=(_bounded,),
-        constants=_CONSTANTS,
+        signature=f"void({PAIRS.format(dtype)}, int8[::1])",
+        callees=(bounded,),
+        constants=CONSTANTS,
         title=f"Hits and misses of {dtype} ray/triangle pairs, as far as float64 proves them.",
     )
 

@@ -16,21 +16,6 @@ Examples:
   rtbench check moller1 --precision float32
   rtbench check wald --family needle --family cap
 """
-JSON_KEYS = (
-    "kernel",
-    "precision",
-    "wrong",
-    "unstable",
-    "leaks",
-    "groups",
-    "doubles",
-    "invalid_accepted",
-    "permutation",
-    "c_star",
-    "p99_t",
-    "p99_u",
-    "p99_v",
-)
 
 
 @click.command(epilog=EXAMPLES)
@@ -150,7 +135,9 @@ def _object(check, row: dict) -> dict:
     """Return a check as an object of the list that JSON is; infinite numbers are null."""
     import math
 
-    found = {key: row[key] for key in JSON_KEYS}
+    from rtbench.records.schema import SCORES
+
+    found = {key: row[key] for key in SCORES}
     found["verdict"] = dict(check.verdict.holds)
     for key in ("edges", "nonfinite", "wrong_outside_core"):
         found[key] = row[key]

@@ -35,17 +35,8 @@ from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import HIT, NO_T, ZERO, Kernel
 
 NAMES = ("any_lane", "choose", "column", "first_lane", "flipped", "greater", "lane", "least")
-NAMES += (
-    "lesser",
-    "next_up",
-    "one_of",
-    "opposite",
-    "reciprocal",
-    "replaced",
-    "row",
-    "spread",
-    "store",
-)
+NAMES += ("lesser", "next_up", "one_of", "opposite", "reciprocal", "replaced", "row", "spread")
+NAMES += ("store",)
 STAND_INS = ("test", "filtered", "resolved", "fallback", "start")
 
 

@@ -7,6 +7,7 @@ Source: Möller & Trumbore 1997 (the absolute one, 1e-6).
 """
 
 from rtbench.kernels.contract import EPSILON, HIT, NO_T, ONE, ZERO, kernel
+from rtbench.kernels.exact_signs import length_1
 from rtbench.kernels.vectors import cross, difference, dot
 
 _OUTCOMES = ("hit", "parallel", "u outside", "v outside", "t outside (0, tmax)")
@@ -17,11 +18,6 @@ _TOLD = {
     "outputs": ("t", "u", "v"),
     "source": "Möller & Trumbore 1997",
 }
-
-
-def length_1(x):
-    """Return the sum of the absolute components."""
-    return abs(x[0]) + abs(x[1]) + abs(x[2])
 
 
 @kernel(title="Möller-Trumbore, det against an absolute EPSILON", **_TOLD)

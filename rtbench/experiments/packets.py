@@ -226,7 +226,7 @@ def _add_cell(
     _, seconds = stopwatch(lambda: packets.run_once(*what))
     found = key | {"kernel": kernel.name, "precision": precision}
     if chosen.reciprocal == "division":
-        _must_be_equal(found, outputs, given)
+        must_be_equal(found, outputs, given)
     else:
         bench.facts.setdefault("estimates", []).append(found | _difference(outputs, given))
     label = f"{name}|{kernel.name}|{precision}|{prepared}|{chosen}"
@@ -253,7 +253,7 @@ def _add_cell(
     )
 
 
-def _must_be_equal(found: dict, outputs: tuple[np.ndarray, ...], given: list[np.ndarray]) -> None:
+def must_be_equal(found: dict, outputs: tuple[np.ndarray, ...], given: list[np.ndarray]) -> None:
     """Raise WrongAnswers where lanes say something else than the scalar loop, in any bit.
 
     NaN counts as NaN, whatever its bits: whoever has two to multiply may return either.

@@ -11,9 +11,8 @@ from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.intersect import run_once
 from rtbench.compiled.layout import bytes_per_triangle, fill
 from rtbench.compiled.packing import Packing
-from rtbench.errors import WrongAnswers
 from rtbench.experiments.bench import Bench
-from rtbench.experiments.packets import in_blocks
+from rtbench.experiments.packets import in_blocks, must_be_equal
 from rtbench.experiments.preparation import preparation_times
 from rtbench.kernels.contract import HIT, Kernel
 from rtbench.measure.sampler import stopwatch
@@ -160,7 +159,8 @@ def add_packets(
         given = list(workload.given[kernel.name, precision])
         if not workload.scene:
             given[0] = (given[0] != HIT).astype(np.int32)
-        _must_be_equal(kernel, precision, workload.name, found[: 1 + len(kernel.outputs)], given)
+        told = {"kernel": kernel.name, "precision": precision, "workload": workload.name}
+        must_be_equal(told, found[: 1 + len(kernel.outputs)], given)
     key = {"form": workload.form, "width": WIDTH, "flags": "strict", "reciprocal": reciprocal}
     _append(
         bench, kernel, precision, workload, key, instance, records, outputs, seconds, repetitions
@@ -223,18 +223,6 @@ def _append(
 
 def _numbered(outputs: tuple) -> list:
     return list(enumerate(outputs[1:]))
-
-
-def _must_be_equal(kernel, precision, name, lanes, scalar) -> None:
-    for what, ours, theirs in zip(("outcome", "t", "u", "v"), lanes, scalar, strict=False):
-        different = np.flatnonzero(~((ours == theirs) | ((ours != ours) & (theirs != theirs))))
-        if len(different):
-            at = different[0]
-            raise WrongAnswers(
-                f"packets and scalar loop of {kernel.name} in {precision} differ in {what} of "
-                f"{len(different)} tests ({name}); the first is test {at}: {ours[at]} and "
-                f"{theirs[at]}"
-            )
 
 
 def _note_storage(bench: Bench, kernel: Kernel, precision: str, corners: tuple) -> None:

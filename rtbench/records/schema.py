@@ -100,7 +100,7 @@ CHOICE_COLUMNS = (
 # Hard cases: counts are over the core families; p99 in roundoffs of condition and value; the
 # criteria are 1 where they hold. What is said of causes is absent without an exact form.
 CRITERIA = ("S1", "S2", "S3", "S4", "S5", "S6", "R1", "X1", "X2")
-STABILITY_COLUMNS = (
+SCORES = (
     "kernel",
     "precision",
     "wrong",
@@ -114,6 +114,9 @@ STABILITY_COLUMNS = (
     "p99_t",
     "p99_u",
     "p99_v",
+)
+STABILITY_COLUMNS = (
+    *SCORES,
     *CRITERIA,
     "edges",
     "decided",

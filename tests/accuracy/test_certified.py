@@ -139,7 +139,7 @@ class TestAgainstRationals:
         lines = arrays(family, dtype, seed=2)
         with np.errstate(all="ignore"):
             for i in range(N // 4):
-                found = bounds._bounded(*lines, i)
+                found = bounds.bounded(*lines, i)
                 values, errors, norms = found[:4], found[4:8], found[9]
                 if not norms < bounds.LARGEST:
                     continue

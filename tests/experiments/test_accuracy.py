@@ -184,7 +184,7 @@ def test_packets_that_say_something_else_stop_the_run(bench):
     typical_cells.add(bench, kernel, "float32", workload)
     outcome, t, *_ = workload.given[kernel.name, "float32"]
     t[np.flatnonzero(outcome == 0)[3]] += 1
-    with pytest.raises(WrongAnswers, match="differ in t of 1 tests"):
+    with pytest.raises(WrongAnswers, match="differ in t of 1 rays"):
         typical_cells.add_packets(bench, kernel, "float32", workload)
 
 

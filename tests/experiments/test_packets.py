@@ -104,10 +104,10 @@ def test_pairs_in_blocks_share_the_axis_on_which_their_normal_is_greatest(bench)
 def test_lanes_that_say_something_else_stop_the_run():
     given = [np.array([3, -1], np.int32), np.array([1.5, np.nan])]
     same = tuple(each.reshape(1, 2).copy() for each in given)
-    packets._must_be_equal({}, same, given)
+    packets.must_be_equal({}, same, given)
     other = same[0], np.array([[1.5 + 2.0**-52, np.nan]])
     with pytest.raises(WrongAnswers, match="ray 0"):
-        packets._must_be_equal({"kernel": "wald"}, other, given)
+        packets.must_be_equal({"kernel": "wald"}, other, given)
 
 
 def test_a_run_keeps_every_cell(go):
