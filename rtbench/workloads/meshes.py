@@ -1,4 +1,4 @@
-"""Triangle meshes: read from files of any format that trimesh reads, or generated, closed ones.
+"""Triangle meshes, and how they are read from files of any format that trimesh reads.
 
 Vertices are shared: whatever is done to a mesh is done to its vertices, so that triangles that met
 in an edge before meet in it afterwards, bit for bit.
@@ -7,6 +7,7 @@ in an edge before meet in it afterwards, bit for bit.
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,8 @@ import numpy as np
 from rtbench.errors import RtbenchError, unknown
 
 MODELS = "RTBENCH_MODELS"  # names a folder of mesh files
+MEMORY_PER_BYTE = 20  # of a file while it is read: 7 to 18 for a dragon in six formats
+MEMINFO = Path("/proc/meminfo")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,17 +34,28 @@ class Mesh:
         Indices of vertices; M at least 1.
     centre : (3,) float64 array
         Where it lies: inside it, if it was generated; else the middle of its bounding box.
+    dropped : int
+        How many triangles of its file were left out.
+    remark : str
+        Why these were left out, in one line; empty if none was.
     """
 
     name: str
     vertices: np.ndarray
     faces: np.ndarray
     centre: np.ndarray
+    dropped: int = 0
+    remark: str = ""
 
     @cached_property
     def triangles(self) -> np.ndarray:
         """The vertices of each triangle, (M, 3, 3) float64."""
         return self.vertices[self.faces]
+
+    @cached_property
+    def degenerate(self) -> int:
+        """How many triangles have no area: decided exactly, as `without_area` does."""
+        return int(np.count_nonzero(without_area(self.triangles)))
 
     @cached_property
     def open_edges(self) -> int:
@@ -75,24 +89,32 @@ class Mesh:
         return replace(self, vertices=vertices, centre=centre)
 
 
-def load_mesh(path: str | os.PathLike) -> Mesh:
+def load_mesh(
+    path: str | os.PathLike, drop_invalid: bool = False, drop_degenerate: bool = False
+) -> Mesh:
     """Read the triangles of a mesh file.
 
     Parameters
     ----------
     path : path
         PLY, STL, OBJ, OFF, glTF or what else trimesh reads; larger polygons are cut.
+    drop_invalid : bool
+        Leave out triangles that have a vertex which is not finite or not there, rather than refuse
+        the file.
+    drop_degenerate : bool
+        Leave out triangles that have no area.
 
     Returns
     -------
     Mesh
-        Vertices and triangles in the file's order; none is merged, turned or left out.
+        Vertices and triangles in the file's order; none is merged or turned, or left out unasked.
 
     Raises
     ------
     RtbenchError
-        In one line: a file that is missing, empty, cut off or none of a mesh; no triangles;
-        coordinates that are no finite numbers; triangles that name vertices which are not there.
+        In one line: a file that is missing, empty, cut off, none of a mesh or too large for the
+        memory; no triangles; coordinates that are no finite numbers and triangles that name
+        vertices which are not there, unless dropped.
     """
     path = Path(path)
     found = _read(path)
@@ -100,25 +122,101 @@ def load_mesh(path: str | os.PathLike) -> Mesh:
     faces = np.array(getattr(found, "faces", np.empty((0, 3))), dtype=np.int64)
     if not len(faces):
         raise RtbenchError(f"mesh {str(path)!r} has no triangles (or it is cut off)")
-    strange = (faces < 0) | (faces >= len(vertices))
-    if strange.any():
-        raise RtbenchError(
-            f"mesh {str(path)!r}: {np.count_nonzero(strange.any(axis=1))} of {len(faces)} "
-            f"triangles name vertices that are not there, the first vertex {faces[strange][0]} "
-            f"(allowed: 0 to {len(vertices) - 1})"
-        )
-    infinite = ~np.isfinite(vertices).all(axis=1)
-    if infinite.any():
-        raise RtbenchError(
-            f"mesh {str(path)!r}: {np.count_nonzero(infinite)} of {len(vertices)} vertices are not "
-            f"finite, the first vertex {np.flatnonzero(infinite)[0]}"
-        )
     said = _promised(found)
     if said is not None and said > len(faces):
         raise RtbenchError(
             f"mesh {str(path)!r} is cut off: {len(faces)} of the {said} faces that it promises"
         )
-    return Mesh(path.stem, vertices, faces, (vertices.min(axis=0) + vertices.max(axis=0)) / 2)
+    finite = np.isfinite(vertices).all(axis=1)
+    absent = ((faces < 0) | (faces >= len(vertices))).any(axis=1)
+    infinite = np.zeros(len(faces), bool)
+    infinite[~absent] = ~finite[faces[~absent]].all(axis=1)
+    if not drop_invalid:
+        _refuse(path, vertices, faces, absent, infinite)
+    flat = np.zeros(len(faces), bool)
+    if drop_degenerate:
+        sound = ~(absent | infinite)
+        flat[sound] = without_area(vertices[faces[sound]])
+    left_out = absent | infinite | flat
+    remark = ""
+    if left_out.any():
+        reasons = [(absent, "vertices that are not there"), (infinite, "vertices not finite")]
+        told = [
+            f"{np.count_nonzero(which)} with {why}, the first triangle {np.flatnonzero(which)[0]}"
+            for which, why in [*reasons, (flat, "no area")]
+            if which.any()
+        ]
+        count = f"{np.count_nonzero(left_out)} of {len(faces)} triangles dropped"
+        remark = f"mesh {str(path)!r}: {count}: {'; '.join(told)}"
+        faces = faces[~left_out]
+    if not len(faces):
+        raise RtbenchError(f"{remark}; none is left")
+    # Numbers of the vertices that stay; whoever named another has been dropped.
+    faces = (np.cumsum(finite) - 1)[faces]
+    vertices = vertices[finite]
+    centre = vertices.min(axis=0) / 2 + vertices.max(axis=0) / 2
+    return Mesh(path.stem, vertices, faces, centre, int(np.count_nonzero(left_out)), remark)
+
+
+def _refuse(
+    path: Path, vertices: np.ndarray, faces: np.ndarray, absent: np.ndarray, infinite: np.ndarray
+) -> None:
+    """Say in one line what is invalid, if anything is."""
+    if absent.any():
+        named = faces[(faces < 0) | (faces >= len(vertices))][0]
+        raise RtbenchError(
+            f"mesh {str(path)!r}: {np.count_nonzero(absent)} of {len(faces)} triangles name "
+            f"vertices that are not there, the first vertex {named} (allowed: 0 to "
+            f"{len(vertices) - 1}) in triangle {np.flatnonzero(absent)[0]}; --drop-invalid leaves "
+            "such triangles out"
+        )
+    strange = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(strange):
+        place = ", ".join(f"{x:g}" for x in vertices[strange[0]])
+        used = np.flatnonzero(infinite)
+        by = f"the first triangle {used[0]}" if len(used) else "so no triangle"
+        raise RtbenchError(
+            f"mesh {str(path)!r}: {len(strange)} of {len(vertices)} vertices are not finite, the "
+            f"first vertex {strange[0]} ({place}), used by {len(used)} of {len(faces)} triangles, "
+            f"{by}; --drop-invalid leaves them out"
+        )
+
+
+def without_area(triangles: np.ndarray) -> np.ndarray:
+    """Tell which triangles have no area, exactly: equal corners, or all three on a line.
+
+    A component of the normal that floats find clearly not 0 settles it; the others are computed
+    in whole numbers.
+
+    Parameters
+    ----------
+    triangles : (M, 3, 3) array
+        Finite coordinates.
+
+    Returns
+    -------
+    (M,) bool array
+    """
+    corners = np.asarray(triangles, dtype=np.float64)
+    if not len(corners):
+        return np.zeros(0, bool)
+    _, power = np.frexp(np.abs(corners).max())
+    corners = np.ldexp(corners, -power)  # no product overflows; whatever underflows is in doubt
+    e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    # Two products of three roundings each and their difference: 8 units of 2^-53 |e| |f|.
+    bound = 2.0**-49 * np.abs(e).max(axis=1) * np.abs(f).max(axis=1) + 2.0**-1000
+    found = (np.abs(np.cross(e, f)) <= bound[:, None]).all(axis=1)
+    doubtful = np.flatnonzero(found)
+    if len(doubtful):
+        part, exponent = np.frexp(np.asarray(triangles, dtype=np.float64)[doubtful])
+        exponent = np.where(part == 0, exponent.max(), exponent)
+        whole = (part * 2.0**53).astype(np.int64).astype(object)
+        whole = whole * 2 ** (exponent - exponent.min()).astype(object)
+        e, f = whole[:, 1] - whole[:, 0], whole[:, 2] - whole[:, 0]
+        pairs = ((1, 2), (2, 0), (0, 1))
+        parts = [e[:, i] * f[:, j] == e[:, j] * f[:, i] for i, j in pairs]
+        found[doubtful] = np.all(np.array(parts, dtype=bool), axis=0)
+    return found
 
 
 def _read(path: Path) -> object:
@@ -126,12 +224,20 @@ def _read(path: Path) -> object:
     try:
         if not path.is_file():
             raise FileNotFoundError(2, "is a folder" if path.is_dir() else "no such file")
+        size = path.stat().st_size
         with path.open("rb") as file:
             empty = not file.read(1)
     except OSError as problem:
         raise RtbenchError(f"mesh {str(path)!r} cannot be read: {problem.strerror}") from None
     if empty:
         raise RtbenchError(f"mesh {str(path)!r} is empty")
+    there = available_memory()
+    if there is not None and size * MEMORY_PER_BYTE > there:
+        raise RtbenchError(
+            f"mesh {str(path)!r} is too large: {size / 1e6:.1f} MB take up to "
+            f"{size * MEMORY_PER_BYTE / 1e6:.0f} MB of memory to read, {there / 1e6:.0f} MB are "
+            "free"
+        )
     import trimesh  # here: it costs half a second
 
     form = path.suffix.lower().removeprefix(".")
@@ -140,9 +246,22 @@ def _read(path: Path) -> object:
         raise RtbenchError(f"mesh {str(path)!r}: {unknown('mesh format', form, allowed)}")
     try:
         return trimesh.load_mesh(path, process=False)
+    except MemoryError:
+        raise RtbenchError(
+            f"mesh {str(path)!r} asks for more memory than there is (or it is damaged)"
+        ) from None
     except Exception as problem:  # whatever its readers run into
         reason = " ".join(str(problem).split()) or type(problem).__name__
         raise RtbenchError(f"mesh {str(path)!r} is damaged or no {form} file: {reason}") from None
+
+
+def available_memory() -> int | None:
+    """Return how many bytes can be had without swapping; None where Linux does not say."""
+    try:
+        found = re.search(r"^MemAvailable:\s+(\d+) kB", MEMINFO.read_text(), re.MULTILINE)
+    except OSError:
+        return None
+    return int(found.group(1)) * 1024 if found else None
 
 
 def _promised(found: object) -> int | None:
@@ -161,108 +280,3 @@ def models(folder: str | os.PathLike | None = None) -> dict[str, Path]:
     """
     told = folder or os.environ.get(MODELS)
     return {path.stem: path for path in sorted(Path(told).glob("*.ply"))} if told else {}
-
-
-def tetrahedron() -> Mesh:
-    """Return a regular tetrahedron about (0, 0, 0), its vertices 1 away; outside is its front."""
-    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3)
-    faces = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
-    return _about_zero("tetrahedron", corners, faces)
-
-
-def cube() -> Mesh:
-    """Return the cube from -1 to 1, two triangles a side; its faces lie in planes of the axes."""
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    faces = [[q[i] for i in three] for q in quads for three in ((0, 1, 2), (0, 2, 3))]
-    return _about_zero("cube", corners, np.array(faces))
-
-
-def icosphere(subdivisions: int = 2) -> Mesh:
-    """Return a sphere of radius 1 of 20 * 4^subdivisions triangles, an icosahedron subdivided.
-
-    Raises
-    ------
-    RtbenchError
-        For subdivisions outside 0 to 8.
-    """
-    if not 0 <= subdivisions <= 8:
-        raise RtbenchError(f"subdivisions {subdivisions} is not allowed (allowed: 0 to 8)")
-    golden = (1 + np.sqrt(5)) / 2
-    vertices = np.array(
-        [np.roll([0, a, b], k) for k in range(3) for a in (-1, 1) for b in (-golden, golden)]
-    )
-    # A face of the icosahedron is three vertices that are all 2 apart.
-    near = np.linalg.norm(vertices[:, None] - vertices, axis=2) < 2.1
-    faces = np.array(
-        [
-            [i, j, k]
-            for i in range(12)
-            for j in range(i + 1, 12)
-            for k in range(j + 1, 12)
-            if near[i, j] and near[j, k] and near[i, k]
-        ]
-    )
-    inward = np.linalg.det(vertices[faces]) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    for _ in range(subdivisions):
-        vertices, faces = _subdivided(vertices, faces)
-    vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    return _about_zero(f"icosphere {subdivisions}", vertices, faces)
-
-
-def _subdivided(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each triangle cut into four at the middles of its edges, which neighbours share."""
-    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    edges, place = np.unique(ends, axis=0, return_inverse=True)
-    middle = len(vertices) + place.reshape(-1, 3)  # of each face: on edges 01, 12, 20
-    (a, b, c), (ab, bc, ca) = faces.T, middle.T
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    new = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return np.concatenate([vertices, vertices[edges].mean(axis=1)]), new
-
-
-def random_sphere(rings: int = 16, radii: tuple[float, float] = (1.0, 6.0), seed: int = 1) -> Mesh:
-    """Return a sphere of latitude and longitude whose vertices lie at random distances.
-
-    Parameters
-    ----------
-    rings : int
-        Latitudes, the poles being two of them, and longitudes: 3 or more.
-    radii : (float, float)
-        Least and greatest distance of a vertex from (0, 0, 0).
-    seed : int
-
-    Raises
-    ------
-    RtbenchError
-        For fewer rings.
-
-    Source
-    ------
-    pbrt-v4, shapes_test.cpp, Triangle.Watertight (16 x 16, radii 1 to 6). A pole is one vertex
-    here.
-    """
-    if rings < 3:
-        raise RtbenchError(f"rings {rings} is not allowed (allowed: 3 or more)")
-    theta = np.pi * np.arange(1, rings - 1) / (rings - 1)
-    phi = 2 * np.pi * np.arange(rings) / rings
-    x, y = (np.outer(np.sin(theta), f(phi)).ravel() for f in (np.cos, np.sin))
-    unit = np.stack([x, y, np.repeat(np.cos(theta), rings)], axis=1)
-    unit = np.concatenate([unit, [[0, 0, 1], [0, 0, -1]]])
-    radius = np.random.default_rng(seed).uniform(*radii, len(unit))
-    north, south = len(unit) - 2, len(unit) - 1
-    faces = []
-    for k in range(rings):
-        after = (k + 1) % rings
-        faces.append([north, k, after])
-        for row in range(0, (rings - 3) * rings, rings):
-            below = row + rings
-            faces += [[row + k, below + k, below + after], [row + k, below + after, row + after]]
-        last = (rings - 3) * rings
-        faces.append([south, last + after, last + k])
-    return _about_zero(f"random sphere {rings}", unit * radius[:, None], np.array(faces))
-
-
-def _about_zero(name: str, vertices: np.ndarray, faces: np.ndarray) -> Mesh:
-    return Mesh(name, vertices, faces.astype(np.int64), np.zeros(3))
