@@ -83,7 +83,7 @@ def intersect(
     except RtbenchError as problem:
         raise ValueError(str(problem)) from None
     triangles, origins, directions = (
-        _checked(name, array, shape)
+        checked(name, array, shape)
         for name, array, shape in (
             ("triangles", triangles, (3, 3)),
             ("origins", origins, (3,)),
@@ -118,7 +118,8 @@ def intersect(
     return Hits(inside, outcome, *(found.get(name, nothing).copy() for name in ("t", "u", "v")))
 
 
-def _checked(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+def checked(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array (N, *shape) of numbers; ValueError, naming it, for any other."""
     array = np.asarray(array)
     wanted = f"(N, {', '.join(map(str, shape))})"
     if array.shape[1:] != shape or array.ndim != len(shape) + 1:

@@ -38,11 +38,11 @@ def check_precision(precision: str) -> None:
 
 @functools.cache
 def record_types(
-    kernel: Kernel, layout: str, precision: str, keeps_tmax: bool = False
+    kernel: Kernel, layout: str, precision: str, keeps: tuple[str, ...] = ()
 ) -> tuple[np.dtype, np.dtype]:
     """Return the dtypes of a triangle and of a ray as this kernel finds them in memory.
 
-    A ray has a tmax where the kernel takes one, or where the loop needs it (``keeps_tmax``).
+    A ray has a tmax where the kernel takes one; ``keeps`` are fields that a loop reads itself.
 
     Raises
     ------
@@ -56,8 +56,7 @@ def record_types(
     columns = _triangle_columns(kernel, layout, precision, (none, none, none))
     rays = _ray_columns(precision, none, none, None, None)
     triangle_fields, ray_fields = syntax.fields(kernel)
-    if kernel.takes_tmax or keeps_tmax:
-        ray_fields = (*ray_fields, TMAX)
+    ray_fields = (*ray_fields, *keeps, *([TMAX] if kernel.takes_tmax else []))
     if layout == "shared":
         triangle_fields = TRIANGLE + tuple(f for f in triangle_fields if f not in TRIANGLE)
         ray_fields = RAY + tuple(f for f in ray_fields if f not in RAY)
@@ -120,8 +119,9 @@ def fill(
     origins: np.ndarray,
     directions: np.ndarray,
     ends: np.ndarray | None = None,
-    tmax: float | None = None,
+    tmax: float | np.ndarray | None = None,
     prepared: str = "own",
+    keeps: tuple[str, ...] = (),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Put triangles and rays into the records that a kernel reads.
 
@@ -135,12 +135,14 @@ def fill(
         Likewise; directions as given, of any length.
     ends : (N, 3) array, optional
         A second point of each ray; origin + direction in the kernel's precision if not given.
-    tmax : float, optional
+    tmax : float or (N,) array, optional
         How far a ray reaches, in units of its direction: kept for kernels that take it, and for
         every kernel if given. Infinity if not given.
     prepared : str
         In which arithmetic ``prepare`` computes what is stored beside the vertices: ``own``, that
         of the kernel, or ``double``, rounded to the kernel's afterwards.
+    keeps : tuple of str
+        Fields that a ray has also where the kernel does not read them.
 
     Returns
     -------
@@ -149,7 +151,8 @@ def fill(
     """
     if prepared not in PREPARED:
         raise RtbenchError(unknown("preparation", prepared, PREPARED))
-    triangle, ray = record_types(kernel, layout, precision, keeps_tmax=tmax is not None)
+    keeps = keeps if tmax is None else (*keeps, TMAX)
+    triangle, ray = record_types(kernel, layout, precision, keeps)
     data = DATA_TYPE[precision]
     corners = tuple(np.asarray(v, dtype=data) for v in vertices)
     columns = _triangle_columns(kernel, layout, precision, corners, prepared)
@@ -188,5 +191,6 @@ def _ray_columns(precision, origins, directions, ends, tmax) -> dict[str, np.nda
         end = orig.astype(real) + direction.astype(real)
     else:
         end = np.asarray(ends, dtype=data).astype(real)
-    limit = np.full(len(orig), np.inf if tmax is None else tmax, dtype=real)
+    limit = np.empty(len(orig), dtype=real)
+    limit[:] = np.inf if tmax is None else tmax
     return {"orig": orig, "end": end, "dir": direction, TMAX: limit}

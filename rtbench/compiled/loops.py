@@ -12,14 +12,14 @@ import functools
 
 import numpy as np
 
-from rtbench.compiled import stages, syntax
+from rtbench.compiled import embedded, stages, syntax
 from rtbench.compiled.elsewhere import instantiate_for
-from rtbench.compiled.instantiate import HEADER_NAMES, Instance
-from rtbench.compiled.layout import DATA_TYPE, REAL_TYPE, record_types
+from rtbench.compiled.instantiate import Instance
+from rtbench.compiled.layout import record_types
 from rtbench.compiled.machine_code import instructions
-from rtbench.compiled.sources import OF_ARITHMETIC, dtype_source, imports, named, outside
+from rtbench.compiled.sources import named
 from rtbench.errors import RtbenchError
-from rtbench.kernels.contract import NO_T, UNDECIDED, ZERO, Kernel, kernel
+from rtbench.kernels.contract import NO_T, TMAX, ZERO, Kernel, kernel
 
 # Stand-ins for what each generated module puts at its top.
 REAL = np.float64
@@ -28,31 +28,6 @@ TAKES_TMAX = DIVIDED_LAST = SKIPS_NOTHING = RETURNS_T = RETURNS_THREE = False
 
 def test(tri, ray, tmax):  # the kernel
     return 0, 0.0
-
-
-def filtered(tri, ray, tmax):  # the kernel where it has a fallback
-    return 0, 0.0, 0.0, 0.0
-
-
-def fallback(v0, v1, v2, orig, dir, tmax):  # the fallback
-    return 0, 0.0, 0.0, 0.0
-
-
-def decided(tri, ray, tmax):  # becomes ``test`` then
-    result = filtered(tri, ray, tmax)
-    if result[0] != UNDECIDED:
-        return result
-    sure = fallback(
-        (REAL(tri.v0[0]), REAL(tri.v0[1]), REAL(tri.v0[2])),
-        (REAL(tri.v1[0]), REAL(tri.v1[1]), REAL(tri.v1[2])),
-        (REAL(tri.v2[0]), REAL(tri.v2[1]), REAL(tri.v2[2])),
-        (REAL(ray.orig[0]), REAL(ray.orig[1]), REAL(ray.orig[2])),
-        (REAL(ray.dir[0]), REAL(ray.dir[1]), REAL(ray.dir[2])),
-        tmax,
-    )
-    if RETURNS_THREE:
-        return sure[0], REAL(sure[1]), REAL(sure[2]), REAL(sure[3])
-    return sure[0], REAL(sure[1])
 
 
 def one(tri, ray):  # the kernel over one pair
@@ -129,8 +104,6 @@ def nearest(triangles, rays, first, second, outcome, t, u, v):
                 v[k] = hit_v
 
 
-IN_REAL = {*OF_ARITHMETIC, "ZERO", "ONE", "EPSILON"}  # also where a fallback reads them
-STAND_INS = ("test", "one", "filtered", "fallback")
 LOOPS = {"independent": nest, "dependent": chain, "nearest": nearest}
 PAIR_BY_PAIR = ("independent", "dependent")
 NEED_T = ("dependent", "nearest")
@@ -187,52 +160,19 @@ def loop(
     """
     if kind in NEED_T and "t" not in chosen.outputs:
         raise RtbenchError(f"kernel {chosen.name!r} returns no t: {kind} tests need one")
-    triangle, ray = record_types(chosen, layout, precision, keeps_tmax=kind == "nearest")
+    triangle, ray = record_types(chosen, layout, precision, (TMAX,) if kind == "nearest" else ())
     function = syntax.tree(chosen) if stage is None else stages.cut(chosen, stage)
     entry = f"{chosen.name}_loop"
-    constants = {
-        "REAL": f"np.{REAL_TYPE[precision].__name__}",
-        "TAKES_TMAX": str(chosen.takes_tmax),
-        "DIVIDED_LAST": str(chosen.divided_last),
-        "SKIPS_NOTHING": str(chosen.ending is not None and not chosen.ending.early),
-        "RETURNS_T": str(len(chosen.outputs) > 0),
-        "RETURNS_THREE": str(len(chosen.outputs) == 3),
-        "TRIANGLE": dtype_source(triangle),
-        "RAY": dtype_source(ray),
-    }
-    taken = {*constants, *HEADER_NAMES, *STAND_INS, entry}
-    read = {"ZERO": ZERO} | syntax.outside_names(chosen)
-    told, functions = outside(f"kernel {chosen.name!r}", read, taken)
-    behind, outlined = behind_filter(chosen, taken)
-    told = behind | told
-    outlined = {name: text for name, text in outlined.items() if name not in functions}
-    imported, digest = imports(read)
-    constants |= told | digest
-    if DATA_TYPE[precision] is not REAL_TYPE[precision]:
-        scalars = frozenset(
-            name
-            for dtype in (triangle, ray)
-            for name in dtype.names
-            if dtype[name].kind == "f" and not dtype[name].shape
-        )
-        function = syntax.widened(function, scalars)
-        functions = {name: syntax.widened(each, scalars) for name, each in functions.items()}
-    tests = [named(syntax.typed(function), "test")]
-    if chosen.fallback is not None:
-        filter_alone = named(syntax.typed(function), "filtered")
-        tests = [filter_alone, *outlined.values(), named(syntax.parse(decided), "test")]
+    inside = embedded.in_numbers(chosen, precision, triangle, ray, ("one", entry), function)
+    skips_nothing = chosen.ending is not None and not chosen.ending.early
     what = f"{chosen.name} in {precision}, records: {layout}, tests: {kind}"
-    real = constants["REAL"].removeprefix("np.")
-    try:
+    real = inside.constants["REAL"].removeprefix("np.")
+    with embedded.refused_in_a_line(chosen):
         return instantiate_for(
             target,
             named(syntax.parse(LOOPS[kind]), entry),
-            callees=(
-                *(named(syntax.typed(each), name) for name, each in functions.items()),
-                *tests,
-                *([] if kind == "nearest" else [one]),
-            ),
-            constants=constants,
+            callees=(*inside.callees, *([] if kind == "nearest" else [one])),
+            constants=inside.constants | {"SKIPS_NOTHING": str(skips_nothing)},
             signature=(
                 "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], int32[::1], "
                 f"{real}[::1], {real}[::1], {real}[::1])"
@@ -240,47 +180,9 @@ def loop(
             title=what if stage is None else f"{what}, cut off after {stage!r}",
             forceinline=True,
             flags=flags,
-            imports=imported,
-            outlined=tuple(outlined),
+            imports=inside.imports,
+            outlined=inside.outlined,
         )
-    except Exception as problem:
-        from numba.core.errors import NumbaError  # numba is there by now; nobody else waits for it
-
-        if not isinstance(problem, NumbaError):
-            raise
-        lines = [line for line in str(problem).splitlines() if line.strip()]
-        told = next((line for line in lines if not line.startswith("Failed in")), lines[0])
-        raise RtbenchError(f"kernel {chosen.name!r} does not compile: {told}") from problem
-
-
-def behind_filter(chosen: Kernel, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """Return what a kernel's fallback needs in a generated module; nothing without one.
-
-    Parameters
-    ----------
-    chosen : Kernel
-    taken : set of str
-        Names that the module needs for itself.
-
-    Returns
-    -------
-    constants : dict of str to str
-    functions : dict of str to str
-        Sources by name, callees first, ``fallback`` last. They say themselves what they compute
-        in float64.
-    """
-    if chosen.fallback is None:
-        return {}, {}
-    what = f"fallback of kernel {chosen.name!r}"
-    found = {"UNDECIDED": UNDECIDED} | syntax.fallback_names(chosen)
-    constants, functions = outside(what, found, taken)
-    sources = {name: named(each, name) for name, each in functions.items()}
-    constants |= {
-        name: repr(value)
-        for name, value in found.items()
-        if isinstance(value, float) and np.isfinite(value) and name not in IN_REAL
-    }
-    return constants, sources | {"fallback": named(syntax.parse(chosen.fallback), "fallback")}
 
 
 def machine_code(chosen: Kernel, precision: str, layout: str) -> str:

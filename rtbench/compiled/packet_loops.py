@@ -11,7 +11,6 @@ import ast
 import numpy as np
 
 from rtbench.compiled import syntax
-from rtbench.compiled.loops import fallback
 from rtbench.compiled.packing import Packing
 from rtbench.compiled.vector_functions import (
     any_lane,
@@ -40,6 +39,10 @@ def test(tri, ray, tmax, start):  # the kernel; with layout soa it must know whe
 
 def filtered(tri, ray, tmax, start):  # the kernel where it has a fallback
     return False, False, 0.0, 0.0, 0.0
+
+
+def fallback(v0, v1, v2, orig, dir, tmax):  # its fallback
+    return 0, 0.0, 0.0, 0.0
 
 
 def decided(tri, ray, tmax, start):  # becomes ``test`` then

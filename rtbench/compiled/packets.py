@@ -13,13 +13,14 @@ import ast
 import functools
 import hashlib
 import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from rtbench.compiled import (
+    embedded,
     lanes,
-    loops,
     packet_loops,
     packing,
     sources,
@@ -27,11 +28,11 @@ from rtbench.compiled import (
     vector_functions,
     vectors,
 )
+from rtbench.compiled.embedded import Embedded
 from rtbench.compiled.instantiate import HEADER_NAMES, Instance, instantiate
 from rtbench.compiled.layout import REAL_TYPE
 from rtbench.compiled.packing import Packing
 from rtbench.compiled.sources import dtype_source, named
-from rtbench.errors import RtbenchError
 from rtbench.kernels.contract import HIT, NO_T, ZERO, Kernel
 
 NAMES = ("any_lane", "choose", "column", "first_lane", "flipped", "greater", "lane", "least")
@@ -69,40 +70,83 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
     RtbenchError
         For a kernel that cannot be taken in lanes, and what `Packing` does not allow.
     """
+    entry = f"{kernel.name}_{chosen.form}"
+    inside = embedded_test(kernel, precision, chosen, count, (entry,))
+    function = packet_loops.placed(chosen, list(inside.names), count)
+    real = inside.constants["REAL"].removeprefix("np.")
+    outputs = "[::1]" if chosen.form == "triangles" else "[:, ::1]"
+    with embedded.refused_in_a_line(kernel, " in lanes"):
+        return instantiate(
+            inside.source(function, entry),
+            callees=inside.callees,
+            constants=inside.constants | {"SORTED": str(packing.is_sorted(kernel, chosen))},
+            signature=(
+                "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], "
+                f"int32{outputs}, {real}{outputs}, {real}{outputs}, {real}{outputs})"
+            ),
+            title=_title(kernel, precision, chosen),
+            forceinline=True,
+            outlined=inside.outlined,
+            imports=inside.imports,
+        )
+
+
+@dataclass(frozen=True)
+class EmbeddedLanes(Embedded):
+    """A kernel's ``test`` in lanes; ``source`` gives that of a function around it under a name."""
+
+    names: tuple[str, ...]
+    source: Callable[[ast.FunctionDef, str], str]
+
+
+def embedded_test(
+    kernel: Kernel, precision: str, chosen: Packing, count: int = 0, taken: tuple[str, ...] = ()
+) -> EmbeddedLanes:
+    """Return a kernel's test over W lanes as a generated module calls it.
+
+    Parameters
+    ----------
+    kernel, precision, chosen, count
+        As for `loop`.
+    taken : tuple of str
+        Names that the module needs for itself.
+
+    Raises
+    ------
+    RtbenchError
+        As `loop`.
+    """
     packing.check_precision(precision, chosen.reciprocal)
     kept = lanes.masked(kernel, chosen.exit)
     triangle = packing.triangle_type(kernel, precision, chosen, count)
     ray = packing.ray_type(kernel, precision, chosen, count)
     sides = packing.tri_side(kernel, chosen, triangle), packing.ray_side(chosen, ray)
     estimate = chosen.reciprocal == "estimate"
-    in_soa = chosen.layout == "soa"
-    entry = f"{kernel.name}_{chosen.form}"
     constants = {
         "REAL": f"np.{REAL_TYPE[precision].__name__}",
         "WIDTH": str(chosen.width),
         "RETURNS_THREE": str(len(kernel.outputs) == 3),
         "DIVIDED_LAST": str(kernel.divided_last),
-        "SORTED": str(packing.is_sorted(kernel, chosen)),
         "TRIANGLE": dtype_source(triangle),
         "RAY": dtype_source(ray),
-        "VECTORS": repr(_vectors_digest()),
+        "VECTORS": repr(vectors_digest()),
     }
     constants |= {
         f"TABLE_{name.upper()}": f"np.array({values}, np.uint32)"
         for name, values in packing.axis_fields(kernel).items()
         if chosen.axes == "table"
     }
-    taken = {*constants, *HEADER_NAMES, *NAMES, *STAND_INS, entry}
+    taken = {*constants, *HEADER_NAMES, *NAMES, *STAND_INS, *taken} - {"flipped"}
     found = {"ZERO": ZERO, "NO_T": NO_T, "HIT": HIT} | syntax.outside_names(kernel)
-    told, helpers = sources.outside(f"kernel {kernel.name!r}", found, taken - {"flipped"})
-    behind, outlined = loops.behind_filter(kernel, taken - {"flipped"})
+    told, helpers = sources.outside(f"kernel {kernel.name!r}", found, taken)
+    behind, outlined = embedded.behind_filter(kernel, taken)
     outlined = {name: text for name, text in outlined.items() if name not in helpers}
     constants |= behind | told
 
     def source(function: ast.FunctionDef, name: str) -> str:
         return named(syntax.typed(lanes.in_lanes(function, *sides, estimate)), name)
 
-    if in_soa:
+    if chosen.layout == "soa":
         kept.args.args.append(ast.arg("start"))
     tests = {"test": source(kept, "test")}
     if kernel.fallback:
@@ -112,30 +156,18 @@ def loop(kernel: Kernel, precision: str, chosen: Packing, count: int = 0) -> Ins
         tests["test"] = source(asking["test"], "test")
     if chosen.axes == "fixed" and packing.axis_fields(kernel):
         tests = {f"test_{axis}": _fixed(tests["test"], kernel, axis) for axis in range(3)}
-    real = constants["REAL"].removeprefix("np.")
-    outputs = "[::1]" if chosen.form == "triangles" else "[:, ::1]"
-    try:
-        return instantiate(
-            source(packet_loops.placed(chosen, list(tests), count), entry),
-            callees=(
-                *(source(each, name) for name, each in helpers.items()),
-                *outlined.values(),
-                *tests.values(),
-            ),
-            constants=constants,
-            signature=(
-                "void(TRIANGLE[::1], RAY[::1], uint64[::1], uint64[::1], "
-                f"int32{outputs}, {real}{outputs}, {real}{outputs}, {real}{outputs})"
-            ),
-            title=_title(kernel, precision, chosen),
-            forceinline=True,
-            outlined=tuple(name for name in outlined if name != "filtered"),
-            imports=f"from rtbench.compiled.vector_functions import {', '.join(NAMES)}",
-        )
-    except NumbaError as problem:
-        lines = [line for line in str(problem).splitlines() if line.strip()]
-        told = next((line for line in lines if not line.startswith("Failed in")), lines[0])
-        raise RtbenchError(f"kernel {kernel.name!r} does not compile in lanes: {told}") from problem
+    return EmbeddedLanes(
+        constants,
+        (
+            *(source(each, name) for name, each in helpers.items()),
+            *outlined.values(),
+            *tests.values(),
+        ),
+        tuple(name for name in outlined if name != "filtered"),
+        f"from rtbench.compiled.vector_functions import {', '.join(NAMES)}",
+        tuple(tests),
+        source,
+    )
 
 
 def run_once(
@@ -176,7 +208,7 @@ def run_once(
     return outcome, t, u, v
 
 
-def _vectors_digest() -> str:
+def vectors_digest() -> str:
     """Return a digest of what a generated module imports and does not hold itself."""
     sources = [inspect.getsource(each) for each in (vectors, vector_functions)]
     return hashlib.sha256("".join(sources).encode()).hexdigest()[:16]
