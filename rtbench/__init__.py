@@ -3,13 +3,14 @@
 import importlib
 
 _PUBLIC = {
+    "Tree": "rtbench.trees.tree",
     "Hits": "rtbench.compiled.intersect",
     "intersect": "rtbench.compiled.intersect",
     "list_kernels": "rtbench.compiled.catalogue",
     "load_mesh": "rtbench.workloads.meshes",
 }
 
-__all__ = ["Hits", "intersect", "list_kernels", "load_mesh"]
+__all__ = ["Hits", "Tree", "intersect", "list_kernels", "load_mesh"]
 
 
 def __getattr__(name: str):

@@ -15,8 +15,8 @@ from rtbench.experiments import typical_cells
 from rtbench.experiments.bench import Bench
 from rtbench.experiments.typical_cells import Workload
 from rtbench.kernels.contract import Kernel
-from rtbench.workloads.generated_models import icosphere
 from rtbench.workloads.meshes import Mesh
+from rtbench.workloads.solids import icosphere
 from rtbench.workloads.typical import from_outside
 
 MESH = "mesh"

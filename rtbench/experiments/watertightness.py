@@ -33,8 +33,8 @@ from rtbench.kernels.contract import Kernel
 from rtbench.measure import machine
 from rtbench.records import schema
 from rtbench.workloads.aimed import AIMS, Aimed, aimed_rays
-from rtbench.workloads.generated_models import icosphere
 from rtbench.workloads.meshes import Mesh
+from rtbench.workloads.solids import icosphere
 
 CELL = ("kernel", "precision")
 # Where a sphere of radius 1 is put, and by what it is scaled before. Embree's verify.cpp has its

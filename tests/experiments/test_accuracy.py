@@ -21,7 +21,7 @@ from rtbench.experiments.judged import Form, Records, Truth
 from rtbench.kernels import registry
 from rtbench.records import schema
 from rtbench.workloads import typical
-from rtbench.workloads.generated_models import cube
+from rtbench.workloads.solids import cube
 
 SMALL = Config(
     name="small",

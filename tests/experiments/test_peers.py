@@ -11,7 +11,7 @@ from rtbench.errors import RtbenchError
 from rtbench.experiments import peers
 from rtbench.experiments.peers import PEERS, Peer
 from rtbench.workloads.aimed import aimed_rays
-from rtbench.workloads.generated_models import icosphere
+from rtbench.workloads.solids import icosphere
 
 # Two triangles in z = 0 and z = -1, the nearer one given last, and rays from above.
 VERTICES = np.array(

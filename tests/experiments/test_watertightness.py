@@ -14,8 +14,8 @@ from rtbench.kernels import registry
 from rtbench.report.plots import figures
 from rtbench.report.run_tables import tables_of
 from rtbench.workloads.aimed import aimed_rays
-from rtbench.workloads.generated_models import icosphere, random_sphere
 from rtbench.workloads.hard_cases import corpus
+from rtbench.workloads.solids import icosphere, random_sphere
 
 SMALL = Config(
     experiment="watertightness",

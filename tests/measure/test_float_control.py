@@ -156,7 +156,7 @@ def test_libraries_leave_it_as_it_is(library):
         if library != "embreex"
         else (
             "from rtbench.experiments import peers\n"
-            "from rtbench.workloads.generated_models import cube\n"
+            "from rtbench.workloads.solids import cube\n"
             "m = cube()\n"
             "rays = m.vertices * 0, m.vertices\n"
             "assert peers.nearest(peers.find('embree'), m.vertices, m.faces, *rays).hit.all()\n"

@@ -7,9 +7,9 @@ import pytest
 
 from rtbench.errors import RtbenchError
 from rtbench.workloads.aimed import AIMS, aimed_rays, winding
-from rtbench.workloads.generated_models import cube, icosphere, random_sphere, tetrahedron
 from rtbench.workloads.meshes import Mesh
 from rtbench.workloads.nearest import nearest
+from rtbench.workloads.solids import cube, icosphere, random_sphere, tetrahedron
 
 FAR = (148376.0, 1234.0, -223423.0)
 PLACES = {"origin": (0.0, 0.0, 0.0), "far": FAR}

@@ -20,8 +20,9 @@ from rtbench.workloads.cameras import (
     recommended,
     upward,
 )
-from rtbench.workloads.generated_models import MODELS, cube, icosphere, scanned
+from rtbench.workloads.generated_models import MODELS, scanned
 from rtbench.workloads.meshes import Mesh, load_mesh
+from rtbench.workloads.solids import cube, icosphere
 
 SEEN = {
     "cube": cube,

@@ -7,18 +7,8 @@ import pytest
 
 from rtbench.errors import RtbenchError
 from rtbench.workloads import generated_models, meshes
-from rtbench.workloads.generated_models import (
-    MODELS,
-    cube,
-    even,
-    find_model,
-    icosphere,
-    random_sphere,
-    robots,
-    scanned,
-    stairs,
-    tetrahedron,
-)
+from rtbench.workloads.generated_models import MODELS, even, find_model, robots, scanned, stairs
+from rtbench.workloads.solids import cube, icosphere, random_sphere, tetrahedron
 
 SOLIDS = {
     "tetrahedron": tetrahedron,

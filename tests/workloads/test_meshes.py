@@ -11,8 +11,8 @@ import pytest
 
 from rtbench.errors import RtbenchError
 from rtbench.workloads import meshes
-from rtbench.workloads.generated_models import cube, icosphere, random_sphere, tetrahedron
 from rtbench.workloads.meshes import Mesh, load_mesh, without_area
+from rtbench.workloads.solids import cube, icosphere, random_sphere, tetrahedron
 
 FAR = (148376.0, 1234.0, -223423.0)
 GENERATED = {
@@ -261,7 +261,7 @@ def test_what_is_no_file(tmp_path):
 
 def test_trimesh_is_imported_by_who_reads_a_file_only():
     code = (
-        "import sys; from rtbench.workloads.generated_models import cube; cube(); "
+        "import sys; from rtbench.workloads.solids import cube; cube(); "
         "print('trimesh' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -5,9 +5,10 @@ import pytest
 
 from rtbench.errors import RtbenchError
 from rtbench.workloads.cameras import dense_part, framing, primary_rays
-from rtbench.workloads.generated_models import cube, icosphere, robots, scanned
+from rtbench.workloads.generated_models import robots, scanned
 from rtbench.workloads.meshes import Mesh
 from rtbench.workloads.ray_sets import light_of, mixed_rays, random_rays, shadow_rays
+from rtbench.workloads.solids import cube, icosphere
 
 SETS = {"random": random_rays, "mixed": mixed_rays}
 

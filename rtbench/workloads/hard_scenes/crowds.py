@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbench.workloads.generated_models import icosphere
 from rtbench.workloads.hard_scenes.scene import (
     RAYS,
     Scene,
@@ -13,6 +12,7 @@ from rtbench.workloads.hard_scenes.scene import (
     held,
     made,
 )
+from rtbench.workloads.solids import icosphere
 
 ONE = np.array([[[0.0, 0.0, 0.0], [1.0, 0.25, 0.0], [0.25, 1.0, 0.5]]])
 

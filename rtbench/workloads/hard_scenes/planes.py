@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from rtbench.workloads.generated_models import cube, icosphere, stairs
+from rtbench.workloads.generated_models import stairs
 from rtbench.workloads.hard_scenes.scene import (
     Scene,
     aimed,
@@ -15,6 +15,7 @@ from rtbench.workloads.hard_scenes.scene import (
     made,
     quads,
 )
+from rtbench.workloads.solids import cube, icosphere
 
 
 def flat_in_planes(random: np.random.Generator) -> Scene:

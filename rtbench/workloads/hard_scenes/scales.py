@@ -6,7 +6,6 @@ import itertools
 
 import numpy as np
 
-from rtbench.workloads.generated_models import icosphere
 from rtbench.workloads.hard_scenes.scene import (
     RAYS,
     Scene,
@@ -16,6 +15,7 @@ from rtbench.workloads.hard_scenes.scene import (
     made,
     quads,
 )
+from rtbench.workloads.solids import icosphere
 
 
 def offset(random: np.random.Generator) -> Scene:

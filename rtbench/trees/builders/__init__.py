@@ -1,0 +1,1 @@
+"""How k-d trees are built, one file a builder."""

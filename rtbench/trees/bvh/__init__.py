@@ -1,0 +1,1 @@
+"""A bounding volume hierarchy of eight boxes a node."""

@@ -1,0 +1,1 @@
+"""How rays walk through trees, one file a way."""
