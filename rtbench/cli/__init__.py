@@ -17,6 +17,7 @@ COMMANDS = {
     "kernels": "List the kernels, or show one.",
     "check": "Is a kernel, or a function of yours, right about hard cases?",
     "accuracy": "What accuracy costs in time, and what it buys.",
+    "trees": "What k-d trees and a BVH over a model cost, and what they save.",
     "machine": "What am I running on, and is it quiet enough to measure?",
     "table": "Print a run as tables.",
     "plot": "Draw a run's plots.",

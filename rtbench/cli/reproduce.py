@@ -15,6 +15,8 @@ Examples:
   rtbench reproduce 4.2 --quick
   rtbench reproduce 5.1.2
   rtbench reproduce havel --quick
+  rtbench reproduce silhavy-builders
+  rtbench reproduce silhavy --quick
 """
 
 
@@ -39,9 +41,11 @@ def command(table, quick, orders, processes, samples, cpu, label, out, form, qui
     """Repeat TABLE of a thesis and print its numbers and ours side by side.
 
     TABLE is a table of Blecha 2007 (4.1 to 4.10) or "stages" (its section 4.4); an illustration of
-    Havel 2008 by its section (5.1.1 to 5.5), "order", "compilers" or "break-even"; or "blecha" or
-    "havel": all of that thesis, and then its statements, each confirmed, refuted or not resolved
-    on this machine, with the number that decides.
+    Havel 2008 by its section (5.1.1 to 5.5), "order", "compilers" or "break-even"; a config of
+    Šilhavý 2010, whose tables are lost: "5" (split rules and endings), "builders", "sizes",
+    "kernels", "accuracy", "peers"; or "blecha", "havel" or "silhavy": all of that thesis, and then
+    its statements, each confirmed, refuted or not resolved on this machine, with the number that
+    decides. Trees are built over the models that RTBENCH_MODELS names, and over generated ones.
     """
     from rtbench.cli.progress import Progress
     from rtbench.cli.run import relative
@@ -66,9 +70,10 @@ def command(table, quick, orders, processes, samples, cpu, label, out, form, qui
                 click.echo()
             if form in ("plain", "github"):
                 click.echo(f"Records, tables and plots: {relative(done.path)}\n")
+        progress.say("judging statements")
+        statements = reproduce.statements(reproduce.thesis_of(names[0]), runs, progress)
     finally:
         progress.end()
-    statements = reproduce.statements(reproduce.thesis_of(names[0]), runs)
     if statements.rows:
         click.echo(_paragraphs(statements) if form == "plain" else statements.render(form))
 

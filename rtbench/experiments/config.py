@@ -14,6 +14,7 @@ from rtbench.compiled.layout import LAYOUTS, PRECISIONS, PREPARED
 from rtbench.compiled.packing import FORMS, PACKETS, WIDTHS
 from rtbench.compiled.targets import TARGETS
 from rtbench.errors import RtbenchError, unknown
+from rtbench.experiments import tree_config
 from rtbench.workloads.bundles import WIDEST
 from rtbench.workloads.draws import GENERATORS
 
@@ -24,6 +25,7 @@ EXPERIMENTS = (
     "compilers",
     "density",
     "latency",
+    "naive",
     "operations",
     "outcomes",
     "packets",
@@ -32,6 +34,8 @@ EXPERIMENTS = (
     "soup",
     "stability",
     "stages",
+    "tree_builders",
+    "trees",
     "watertightness",
     "working_set",
 )
@@ -69,6 +73,26 @@ class Config:
     forms, widths, packets, angles : tuples
         Experiment packets: what is taken in lanes, how many lanes, what the rays of a packet
         share, and how far they spread (degrees); the first of packets and angles is varied.
+    models : tuple of str
+        Experiments trees and tree_builders: names, generated ones with ``:N`` for their triangles,
+        or paths; one with a question mark is taken if it is there. None: those that there are.
+    structures, rules, builders, endings, axes, candidates, overlaps : tuples of str
+        Trees: see `rtbench.trees.options`. Of the last three the first is combined with all else.
+    median_axes : str
+        Along which axes the median rules cut.
+    ways, ray_sets, threads, peers : tuples
+        How rays walk, which rays, in how many threads, and who else traces them.
+    width, height : int
+        Of the image whose pixels are the primary rays; random rays are ``rays``.
+    traversal_cost, intersection_cost : float or None
+        K_T and K_I; None: those that suit the leaves. costs: "given", or "measured" here.
+    max_leaf : int
+        With the ending ad_hoc.
+    naive, judged, exact, large : int
+        Rays that are timed against every triangle, put to brute force, put to exact arithmetic;
+        of models with more triangles than ``large`` (0: none) only the first ending is built.
+    drop_invalid : bool
+        Whether triangles that are not finite are left out rather than refused.
     generator, seed, layout
         The workload.
     processes, samples : int or None
@@ -95,6 +119,30 @@ class Config:
     widths: tuple[int, ...] = (16, 8, 4)
     packets: tuple[str, ...] = ("general", "common", "parallel")
     angles: tuple[float, ...] = (10.0, 0.0, 1.0, 30.0, 90.0)
+    models: tuple[str, ...] = ()
+    structures: tuple[str, ...] = ("kd",)
+    rules: tuple[str, ...] = ("sah", "object_median", "spatial_median")
+    builders: tuple[str, ...] = ("nlogn",)
+    endings: tuple[str, ...] = ("both",)
+    axes: tuple[str, ...] = ("all",)
+    candidates: tuple[str, ...] = ("all",)
+    overlaps: tuple[str, ...] = ("clipped",)
+    median_axes: str = "longest"
+    ways: tuple[str, ...] = ("stack",)
+    ray_sets: tuple[str, ...] = ("primary", "shadow", "random")
+    threads: tuple[int, ...] = (1,)
+    peers: tuple[str, ...] = ()
+    width: int = 320
+    height: int = 240
+    traversal_cost: float | None = None
+    intersection_cost: float | None = None
+    costs: str = "given"
+    max_leaf: int = 8
+    naive: int = 0
+    judged: int = 1000
+    exact: int = 0
+    large: int = 0
+    drop_invalid: bool = False
     generator: str = "pcg64"
     seed: int = 1
     layout: str = "shared"
@@ -142,6 +190,7 @@ class Config:
             value = getattr(self, name)
             if value is not None and not 1 <= value <= MOST:
                 raise RtbenchError(f"{name} {value} is not allowed (allowed: 1 to {MOST})")
+        tree_config.check(self)
         if self.seed < 0:
             raise RtbenchError(f"seed {self.seed} is not allowed (allowed: 0 or more)")
         for size in self.sizes:
@@ -164,6 +213,8 @@ class Config:
         """Return this with a tenth of the work, in fewer rounds if that is too little for them."""
         if self.experiment == "watertightness":  # it times nothing
             return dataclasses.replace(self, rays=max(1, self.rays // 10))
+        if self.experiment in (tree_config.TREES, tree_config.TREE_BUILDERS):
+            return dataclasses.replace(self, **tree_config.quick(self))
         sizes = self.sizes
         if self.experiment == "accuracy":  # its tests that are judged, not timed
             sizes = tuple(max(1, size // 10) for size in sizes)
@@ -224,10 +275,10 @@ def _values(where: str, told: dict, kinds: dict[str, str]) -> dict:
 def _value(where: str, key: str, kind: str, value: object) -> object:
     """Return a value as its field wants it."""
     inner = kind.removeprefix("tuple[").split(",")[0].split(" |")[0]
-    types = {"str": (str,), "int": (int,), "float": (int, float)}[inner]
+    types = {"str": (str,), "int": (int,), "float": (int, float), "bool": (bool,)}[inner]
     items = value if kind.startswith("tuple") else [value]
     good = isinstance(items, list | tuple) and all(
-        isinstance(item, types) and not isinstance(item, bool) for item in items
+        isinstance(item, types) and isinstance(item, bool) == (inner == "bool") for item in items
     )
     if not good:
         wanted = f"a list of {inner}" if kind.startswith("tuple") else inner

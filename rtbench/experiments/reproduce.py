@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtbench.errors import RtbenchError, unknown
-from rtbench.experiments import blecha, havel
+from rtbench.experiments import blecha, havel, silhavy
 from rtbench.experiments.config import Config, read, shipped
+from rtbench.experiments.run import Watcher
 from rtbench.records.run import Run
 from rtbench.records.store import load_run
 from rtbench.report import plots, reproduction
@@ -14,11 +15,16 @@ from rtbench.report.charts import style
 from rtbench.report.run_tables import tables_of, write_tables
 from rtbench.report.tables import Table
 
-THESES = {"blecha": blecha, "havel": havel}
+THESES = {"blecha": blecha, "havel": havel, "silhavy": silhavy}
 
 
 def configs(table: str) -> list[Config]:
     """Return the configs of a table, or of a whole thesis.
+
+    Parameters
+    ----------
+    table : str
+        A thesis, or what the name of one of its configs ends in, or that name.
 
     Raises
     ------
@@ -26,6 +32,7 @@ def configs(table: str) -> list[Config]:
         For a table that no config repeats.
     """
     known: dict[str, Path] = {}
+    named: dict[str, Path] = {}
     whole: dict[str, list[Path]] = {}
     for thesis in THESES:
         own = {
@@ -35,11 +42,12 @@ def configs(table: str) -> list[Config]:
         }
         whole[thesis] = [own[name] for name in sorted(own, key=_in_order)]
         known |= own
+        named |= {f"{thesis}-{name}": path for name, path in own.items()}
     if table in whole:
         return [read(path) for path in whole[table]]
-    if table not in known:
+    if table not in known | named:
         raise RtbenchError(unknown("table", table, [*sorted(known, key=_in_order), *THESES]))
-    return [read(known[table])]
+    return [read((known | named)[table])]
 
 
 def _in_order(table: str) -> tuple:
@@ -81,12 +89,13 @@ def tables(run: Run) -> list[Table]:
     return found
 
 
-def statements(thesis: str, runs: dict[str, Run]) -> Table:
+def statements(thesis: str, runs: dict[str, Run], watcher: Watcher) -> Table:
     """Return what a thesis states, as far as the runs can judge it, and what became of it."""
     told = THESES[thesis]
+    further = told.further(runs, watcher) if hasattr(told, "further") else {}
     return Table(
         "statements",
-        told.judged(runs),
+        told.judged(runs, **further),
         ["section", "statement", "verdict", "number"],
         f"What {told.THESIS} states, on this machine",
     )

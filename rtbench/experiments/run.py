@@ -94,11 +94,16 @@ def _first_launch(
 ) -> Run:
     config = bench.config
     # It imports what it needs while we prepare.
-    worker = Worker() if config.experiment not in schema.UNTIMED else None
+    own = hasattr(experiment, "measure")  # it has workers of its own
+    worker = Worker() if config.experiment not in schema.UNTIMED and not own else None
     try:
         experiment.build(bench)
-        processes, rounds = samples_for(
-            config.repetitions, _fewest(bench, config), config.processes, config.samples
+        processes, rounds = (
+            experiment.plan(config)
+            if own
+            else samples_for(
+                config.repetitions, _fewest(bench, config), config.processes, config.samples
+            )
         )
         writer = RunWriter.create(
             out,
@@ -138,6 +143,8 @@ def resume(ref: str, watcher: Watcher, out: Path = Path("results")) -> Run:
         if run.info["plan"].get("cpu") is not None:
             machine.check_cpu(run.info["plan"]["cpu"])
         experiment = _module(config.experiment)
+        if hasattr(experiment, "measure"):
+            raise RtbenchError(f"{run.name} cannot be resumed: its trees are gone; run it again")
         must_be_the_same(
             run.info, {"machine": machine.fingerprint(), "software": machine.software()}
         )
@@ -162,10 +169,15 @@ def _measure(
     try:
         _measure_the_rest(bench, experiment, writer, watcher, launch, done, worker)
     except KeyboardInterrupt:
-        raise Stopped(f"stopped; {writer.cure()}") from None
+        raise Stopped(f"stopped; {_cure(experiment, writer)}") from None
     except WorkerDied as problem:
-        raise RtbenchError(f"{problem}; {writer.cure()}") from None
+        raise RtbenchError(f"{problem}; {_cure(experiment, writer)}") from None
     return load_run(writer.path)
+
+
+def _cure(experiment: ModuleType, writer: RunWriter) -> str:
+    resumable = not hasattr(experiment, "measure")
+    return writer.cure() if resumable else f"what was measured is kept in {writer.path}"
 
 
 def _measure_the_rest(
@@ -179,6 +191,8 @@ def _measure_the_rest(
 ) -> None:
     told = writer.info["plan"]
     plan = Plan(told["processes"], told["rounds"], writer.info["seed"], told["cpu"])
+    if hasattr(experiment, "measure"):
+        experiment.measure(bench, writer, watcher)
     if bench.cells:
         remarks = writer.info.get("remarks") or []
         watcher.plan("\n".join([_description(bench, plan), *remarks]))

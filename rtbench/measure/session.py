@@ -91,12 +91,18 @@ class Worker:
     ----------
     environment : tuple of (str, str)
         Variables that are set for it beside those of this process.
+    module : str
+        What it runs: it reads lines of JSON and answers with lines of JSON.
     """
 
-    def __init__(self, environment: tuple[tuple[str, str], ...] = ()) -> None:
+    def __init__(
+        self,
+        environment: tuple[tuple[str, str], ...] = (),
+        module: str = "rtbench.measure.worker",
+    ) -> None:
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process)
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "rtbench.measure.worker"],
+            [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._words,

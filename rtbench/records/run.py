@@ -119,6 +119,21 @@ class Run:
         """One row a form of a kernel and workload: what it gets wrong; may be empty."""
         return self._table(schema.ACCURACY)
 
+    @cached_property
+    def trees(self) -> "pandas.DataFrame":
+        """One row a build of a tree over a model, or of a peer's scene; may be empty."""
+        return self._table(schema.TREES)
+
+    @cached_property
+    def visits(self) -> "pandas.DataFrame":
+        """One row a tree and ray set: what rays meet; or a kernel's wrong answers; may be empty."""
+        return self._table(schema.VISITS)
+
+    @cached_property
+    def builds(self) -> "pandas.DataFrame":
+        """One row a build by a builder over a model of some size; may be empty."""
+        return self._table(schema.BUILDS)
+
     def _table(self, name: str) -> "pandas.DataFrame":
         path = self.path / name
         if path.exists():

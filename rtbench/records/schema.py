@@ -15,9 +15,14 @@ CURVES = "curves.csv"
 LEAKS = "leaks.csv"
 PEERS = "peers.csv"
 ACCURACY = "accuracy.csv"
+TREES = "trees.csv"
+VISITS = "visits.csv"
+BUILDS = "builds.csv"
 
 # Experiments without samples.
-UNTIMED = frozenset({"operations", "relative_error", "stability", "watertightness"})
+UNTIMED = frozenset(
+    {"operations", "relative_error", "stability", "tree_builders", "watertightness"}
+)
 
 # The loop without a kernel: shown as a row of its own, never ranked, never averaged.
 EMPTY = "empty"
@@ -220,6 +225,76 @@ ACCURACY_COLUMNS = (
     "undecided64",
     *CRITERIA,
 )
+# A row a build of a tree, or of a peer's own (structure: the peer's name).
+TREE_COLUMNS = (
+    "model",
+    "triangles",
+    "structure",
+    "rule",
+    "builder",
+    "ending",
+    "axes",
+    "candidates",
+    "overlap",
+    "traversal_cost",
+    "intersection_cost",
+    "max_leaf",
+    "block",
+    "process",
+    "build_seconds",
+    "build_cpu_seconds",
+    "nodes",
+    "leaves",
+    "empty_leaves",
+    "references",
+    "depth",
+    "bytes",
+    "sah_cost",
+    "expected_steps",
+    "expected_leaves",
+    "expected_tests",
+    "digest",
+)
+# What rays meet in a tree whose leaves count in blocks of so many: means of those that meet the
+# scene's box. wrong: of rays_judged, by brute force; exact_wrong: of exact_judged, by the oracle.
+VISIT_COLUMNS = (
+    "model",
+    "structure",
+    "rule",
+    "builder",
+    "ending",
+    "rays",
+    "kernel",
+    "precision",
+    "block",
+    "rays_counted",
+    "hits",
+    "steps",
+    "leaves",
+    "leaf_tests",
+    "wrong",
+    "rays_judged",
+    "exact_wrong",
+    "exact_judged",
+    "never_hit",
+)
+BUILD_COLUMNS = (
+    "builder",
+    "rule",
+    "axes",
+    "candidates",
+    "overlap",
+    "model",
+    "triangles",
+    "process",
+    "seconds",
+    "cpu_seconds",
+    "peak_bytes",
+    "nodes",
+    "references",
+    "sah_cost",
+    "digest",
+)
 LENGTHS = "length of dir"  # a curve of its own, of no family: easy cases over log10 |dir|
 STABILITY_TABLES = (STABILITY, FAMILIES, CURVES)
 
@@ -233,11 +308,17 @@ TABLES = {
     LEAKS: LEAK_COLUMNS,
     PEERS: PEER_COLUMNS,
     ACCURACY: ACCURACY_COLUMNS,
+    TREES: TREE_COLUMNS,
+    VISITS: VISIT_COLUMNS,
+    BUILDS: BUILD_COLUMNS,
 }
 
 # A kernel may be called 1e3 and a label 7: these columns stay text whatever they look like.
 TEXT_COLUMNS = frozenset(
-    {"kernel", "label", "precision", "order", "table", "family", "edges", "claims", "why", "peer"}
+    {
+        *("kernel", "label", "precision", "order", "table", "family", "edges", "claims", "why"),
+        *("peer", "model", "digest"),
+    }
 )
 INTEGER_COLUMNS = frozenset(
     {
@@ -257,7 +338,6 @@ INTEGER_COLUMNS = frozenset(
         "samples",
         "processes",
         "outliers",
-        "rays",
         "differ",
         "within_rounding",
     }

@@ -44,6 +44,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     from rtbench.report.charts.spread import has_spread, spread_chart
     from rtbench.report.charts.stability import curve_charts, families_chart
     from rtbench.report.charts.stages import stages_chart
+    from rtbench.report.charts.tree_growth import builders_chart
     from rtbench.report.charts.watertightness import leaks_chart
     from rtbench.report.charts.working_set import working_set_chart
 
@@ -54,6 +55,11 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     found = {}
     if experiment == "accuracy":
         found |= front_charts(run)
+    elif experiment == "trees":
+        found |= tree_charts(run)
+    elif experiment == "tree_builders":
+        if len(run.builds):
+            found["builders"] = builders_chart(run)
     elif experiment in own:
         if len(cells.times_of(run)):
             name = "break_even_map" if experiment == "break_even" else experiment
@@ -82,6 +88,20 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     if _repeated(run):
         found["drift"] = drift_chart(run)
     return found
+
+
+def tree_charts(run: "Run") -> dict[str, "Figure"]:
+    """Return the charts of a run of the experiment ``trees``, by file name."""
+    from rtbench.report.charts.heat_maps import heat_charts
+    from rtbench.report.charts.tree_expected import expected_charts
+    from rtbench.report.charts.tree_growth import growth_charts
+    from rtbench.report.charts.tree_kernels import kernels_charts
+    from rtbench.report.charts.trees import trees_charts
+    from rtbench.report.trees import Trees
+
+    trees = Trees(run)
+    found = trees_charts(trees) | growth_charts(trees) | kernels_charts(trees)
+    return found | expected_charts(trees) | heat_charts(run)
 
 
 def _repeated(run: "Run") -> bool:

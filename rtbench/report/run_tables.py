@@ -18,10 +18,13 @@ from rtbench.report.layouts.experiments import (
     stages_table,
     working_set_table,
 )
+from rtbench.report.layouts.naive import naive_table
 from rtbench.report.layouts.outcomes import operations_table, outcomes_table
 from rtbench.report.layouts.packets import packets_tables
 from rtbench.report.layouts.soup import soup_tables
 from rtbench.report.layouts.stability import stability_tables
+from rtbench.report.layouts.tree_growth import builders_tables
+from rtbench.report.layouts.trees import trees_tables
 from rtbench.report.layouts.watertightness import watertightness_tables
 from rtbench.report.tables import SUFFIXES, Table
 
@@ -34,6 +37,7 @@ _OWN_LAYOUT = {
     "stages": stages_table,
     "working_set": working_set_table,
     "latency": latency_table,
+    "naive": naive_table,
 }
 _OWN_LAYOUTS = {
     "accuracy": accuracy_tables,
@@ -41,6 +45,8 @@ _OWN_LAYOUTS = {
     "break_even": break_even_tables,
     "compilers": compilers_tables,
     "packets": packets_tables,
+    "trees": trees_tables,
+    "tree_builders": builders_tables,
 }
 
 

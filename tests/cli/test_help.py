@@ -46,8 +46,8 @@ def shown(text):
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_examples_work(rtbench, command):
     for arguments in shown(rtbench(*command, "--help").out):
-        if arguments[0] in ("reproduce", "advise", "accuracy"):
-            continue  # one measures for minutes, one asks runs: both have tests of their own
+        if arguments[0] in ("reproduce", "advise", "accuracy", "trees"):
+            continue  # they measure for minutes, or ask runs: they have tests of their own
         if "working-set" in arguments:
             continue  # draws a million pairs
         told = rtbench(*cheaper(list(arguments)))

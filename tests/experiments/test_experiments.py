@@ -196,10 +196,16 @@ def test_shipped_configs_run(go, name):
         small["kernels"] = tuple(n for n in config.kernels if "*" not in n)[:2]
     if config.experiment in ("stability", "watertightness"):
         small |= {"kernels": ("moller1_uv",), "precisions": ("float32",), "triangles": 80}
+    if config.experiment in ("trees", "tree_builders"):  # whatever is beside, each kind once
+        small |= {"models": ("scanned:1000",), "kernels": config.kernels[:1], "ways": ("stack",)}
+        small |= {"precisions": ("float32",), "rules": ("sah",), "width": 8, "height": 8}
+        small |= {"builders": ("nlog2n",), "overlaps": ("clipped",), "judged": 10, "sizes": (1000,)}
     done = go(config, **small)
     assert done.finished and done.info["experiment"] in EXPERIMENTS
     if config.experiment == "operations":
         assert len(done.operations) == len(config.kernels)
+    elif config.experiment == "tree_builders":
+        assert len(done.builds) == 4  # axes and candidates
     elif config.experiment in schema.UNTIMED:
         assert len(done.errors) or len(done.stability) or len(done.leaks)
     else:

@@ -23,6 +23,11 @@ def packet_runs():
     return _module("packet_runs")
 
 
+@pytest.fixture(scope="session")
+def tree_runs():
+    return _module("tree_runs")
+
+
 def _module(name: str):
     spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     module = importlib.util.module_from_spec(spec)
@@ -31,12 +36,12 @@ def _module(name: str):
 
 
 @pytest.fixture
-def make(sample_runs, soup_runs, packet_runs, tmp_path):
+def make(sample_runs, soup_runs, packet_runs, tree_runs, tmp_path):
     """Return a function that writes a run of an experiment and loads it."""
 
     def write_and_load(experiment: str, name: str = "", **options):
         folder = tmp_path / (name or f"a-{experiment}")
-        for module in (soup_runs, packet_runs):
+        for module in (soup_runs, packet_runs, tree_runs):
             if write := getattr(module, f"{experiment}_run", None):
                 return load_run(write(folder, sample_runs.write_run, **options))
         return load_run(getattr(sample_runs, f"{experiment}_run")(folder, **options))

@@ -67,7 +67,7 @@ def write_run(
                 pairs = int(one.get("triangles") or triangles)
                 factor = placement[process, place] * random.normal(1, spread / 2)
                 factor *= 1 + 0.004 * number + (random.random() < 0.02) * random.exponential(0.4)
-                tests = pairs * 40
+                tests = int(one.get("tests") or pairs * 40)
                 ns = round(one["ns"] * factor * tests)
                 rows.append(
                     {

@@ -17,6 +17,8 @@ from rtbench.report import plots
         ("break_even", ["break_even_map", "break_even", "drift"]),
         ("compilers", ["compilers", "drift"]),
         ("packets", ["packets", "spread", "packing", "drift"]),
+        ("trees", ["build_and_trace", "pays", "tree_peers", "expected", "drift"]),
+        ("tree_builders", ["builders"]),
     ],
 )
 def test_which_charts_an_experiment_has(make, experiment, names):

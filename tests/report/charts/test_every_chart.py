@@ -46,10 +46,38 @@ CASES = {
     "packets": {},
     "packets_in_two_precisions": {"precisions": ("float32", "float64")},
     "packets_of_one_width": {"widths": (16,), "packings": False, "ratios": (0.5,)},
+    "trees": {"images": True, "models": {"bunny": 69_451}},
+    "trees_of_kernels": {
+        "kernels": ("moller_trumbore", "watertight_safe", "adaptive_exact"),
+        "precisions": ("float32", "float64"),
+        "ways": ("stack", "blocks", "packets", "wide"),
+        "structures": ("kd", "bvh"),
+        "rules": ("sah",),
+        "endings": ("automatic",),
+        "rays": ("primary", "random"),
+    },
+    "trees_of_sizes": {
+        "models": {f"scanned:{n}": n for n in (1000, 8000, 64_000, 512_000)},
+        "structures": ("kd", "bvh"),
+        "ways": ("stack", "wide"),
+        "endings": ("automatic",),
+        "peers": ("embree", "open3d"),
+    },
+    "trees_of_many_models": {
+        "models": {name: 10_000 * len(name) for name in ("even", "bunny", "dragon", "sponza_hall")},
+        "rays": ("primary", "shadow", "random"),
+        "endings": ("automatic",),
+    },
+    "trees_single": {"processes": 1, "rounds": 1, "models": {"even": 20_000}},
+    "tree_builders": {},
     "packets_single": {"processes": 1, "rounds": 1, "angles": (10.0,), "packets": ("general",)},
 }
 # What these count is no time.
 UNITS = {
+    "pays": "(s)",
+    "builders": "(s)",
+    "build_over_n": "(s)",
+    "tree_peers": "speed / its speed",
     "drift": "(%)",
     "soup": "million tests per second",
     "break_even": "rays per triangle",
@@ -60,7 +88,8 @@ UNITS = {
 
 @pytest.fixture(params=CASES)
 def charts(request, make):
-    two_words = [name for name in ("working_set", "break_even") if request.param.startswith(name)]
+    known = ("working_set", "break_even", "tree_builders")
+    two_words = [name for name in known if request.param.startswith(name)]
     experiment = (two_words or [request.param.split("_")[0]])[0]
     options = {"processes": 3, "rounds": 2} | CASES[request.param]
     found = plots.figures(make(experiment, **options))
@@ -90,7 +119,7 @@ def texts(figure):
 def test_units_stand_on_the_axes(charts):
     for name, figure in charts.items():
         labels = [words for axes in figure.axes for words in (axes.get_xlabel(), axes.get_ylabel())]
-        unit = UNITS.get(name, "(ns")
+        unit = "per ray" if name.startswith("heat-") else UNITS.get(name, "(ns")
         assert any(unit in words for words in labels), (name, labels)
 
 
@@ -99,7 +128,8 @@ def test_machine_and_kernels_stand_in_the_head(charts):
         head = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
         assert "AMD EPYC 9B14" in head
         told = re.search(r"moller1|moller_trumbore|\d+ kernels", head)
-        assert name in ("drift", "outcomes") or told
+        # Steps and builds are of no kernel.
+        assert name in ("drift", "outcomes", "builders") or name.startswith("heat-") or told
 
 
 def test_no_text_is_cut_off(charts):
