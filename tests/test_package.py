@@ -83,12 +83,16 @@ def python_blocks():
     return re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
-def test_the_readme_example_runs(capsys):
-    (example,) = [block for block in python_blocks() if "import rtbench" in block]
-    exec(example, {})
+def test_the_readme_examples_run(capsys):
+    pairs, tree = [block for block in python_blocks() if "@kernel" not in block]
+    names: dict = {}
+    exec(pairs, names)
     hits, *t = capsys.readouterr().out.replace("[", " ").replace("]", " ").split()
     assert 0 < int(hits) < 1000
     assert all(float(value) > 0 for value in t)
+    exec(tree, names)
+    hits, in_shadow, cost = capsys.readouterr().out.split()
+    assert 0 < int(in_shadow) < int(hits) <= 1000 and float(cost) > 0
 
 
 def test_the_readme_kernel_is_right(tmp_path):

@@ -107,9 +107,10 @@ def peers_chart(trees: Trees, against: list[Against]) -> Figure:
         A line a model, a point a tree, way and kernel with its 95 % interval, a faint line from the
         least to the greatest of single rounds; logarithmic, with a line at 1.
     """
-    # In one precision: another one is in the table.
+    # In one precision and thread: others are in the tables.
     precision = against[0].ours.cell["precision"]
     against = [one for one in against if one.ours.cell["precision"] == precision]
+    against = [one for one in against if one.ours.threads == 1] or against
     kernels = list(dict.fromkeys(str(one.ours.cell["kernel"]) for one in against))
     named = [(one, _look_key(one)) for one in against]
     names = list(dict.fromkeys(key for _, key in named))

@@ -54,7 +54,7 @@ def kernels_table(trees: Trees, model: str) -> Table:
         [*(n for n in trees.run.cell), "ns_per_ray", "low", "high"],
         raw,
         notes=[
-            "packets: 16 neighbouring rays together; lanes: 16 rays, each on a way of its own; "
+            "packets: 16 neighbouring rays together; lanes: 32 rays, each on a way of its own; "
             "blocks: one ray against 8 triangles; stack: one by one; wide: 8 boxes at a time",
             clock_note(ours),
             machine.provenance(trees.run),
