@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from rtbench.errors import RtbenchError, unknown
 from rtbench.experiments.peers import PEERS
 from rtbench.trees import ways
 from rtbench.trees.options import AXES, BUILDERS, CANDIDATES, ENDINGS, OVERLAPS, RULES, STRUCTURES
-
-if TYPE_CHECKING:
-    from rtbench.experiments.config import Config
 
 TREES, TREE_BUILDERS = "trees", "tree_builders"
 BVH = "bvh"
@@ -46,7 +42,7 @@ _MOST = {"width": 1 << 14, "height": 1 << 14, "naive": 1 << 30, "judged": 1 << 3
 _MOST |= {"exact": 1 << 20, "large": 1 << 30, "max_leaf": 1 << 20}
 
 
-def check(config: Config) -> None:
+def check(config) -> None:
     """Check what only the tree experiments read.
 
     Raises
@@ -86,7 +82,7 @@ def check(config: Config) -> None:
         raise RtbenchError("ray set shadow starts where primary rays hit: name primary too")
 
 
-def quick(config: Config) -> dict[str, object]:
+def quick(config) -> dict[str, object]:
     """Return what is changed of a tree experiment for ``--quick``."""
     return {
         "models": tuple(each for each in config.models or MODELS if not _is_large(each)),
