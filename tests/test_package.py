@@ -92,7 +92,7 @@ def test_the_readme_examples_run(capsys):
     assert all(float(value) > 0 for value in t)
     exec(tree, names)
     hits, in_shadow, cost = capsys.readouterr().out.split()
-    assert 0 < int(in_shadow) < int(hits) <= 1000 and float(cost) > 0
+    assert 0 < int(in_shadow) <= int(hits) <= 1000 and float(cost) > 0
 
 
 def test_the_readme_kernel_is_right(tmp_path):
