@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,12 +64,6 @@ def names(config: Config) -> list[str]:
             "folder"
         )
     return found
-
-
-def each_model(config: Config, arrays: Arrays) -> Iterator[Model]:
-    """Yield the models of a config, one after the other, since they may be large."""
-    for name in names(config):
-        yield load(name, config, arrays)
 
 
 def mesh_of(name: str, config: Config) -> Mesh:

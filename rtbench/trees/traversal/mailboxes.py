@@ -30,10 +30,6 @@ def limit_of(t, start, size, slack):
     return np.float32(0)
 
 
-def halves(nodes, node, line, near, far):
-    return node, node, near, far
-
-
 def ask(tri, ray):
     return 0, 0.0, 0.0, 0.0
 
@@ -72,21 +68,7 @@ def any_with_mailboxes(refs, triangles, begin, end, ray, mailboxes, number):
 
 
 def descend(nodes, line, node, near, far, far_nodes, nears, fars, top):
-    """Return the leaf that a ray meets first below a node, the stack's height, the steps."""
-    steps = 0
-    while nodes[node].link & np.uint32(3) != np.uint32(3):
-        steps += 1
-        one, other, early, late = halves(nodes, node, line, near, far)
-        node = one
-        if late < near:
-            node = other
-        elif early <= far:
-            far_nodes[top] = other
-            nears[top] = max(near, early)
-            fars[top] = far
-            top += 1
-            far = min(far, late)
-    return node, top, steps
+    return node, top, 0
 
 
 def nearest(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v, counts):
@@ -194,5 +176,5 @@ def any_hit(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v
 
 
 QUERIES = {"nearest": nearest, "any": any_hit}
-CALLEES = (*stack.CALLEES, nearest_with_mailboxes, any_with_mailboxes, descend)
+CALLEES = (*stack.CALLEES, nearest_with_mailboxes, any_with_mailboxes)
 OUTLINED = ()

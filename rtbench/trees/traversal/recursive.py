@@ -30,8 +30,8 @@ def limit_of(t, start, size, slack):
     return np.float32(0)
 
 
-def halves(nodes, node, line, near, far):
-    return node, node, near, far
+def halves(nodes, node, line):
+    return node, node, np.float32(0), np.float32(0)
 
 
 def nearest_in_leaf(refs, triangles, begin, end, ray, index, t, u, v):
@@ -56,7 +56,7 @@ def nearest_below(
         return nearest_in_leaf(refs, triangles, begin, end, ray, index, t, u, v)
     if COUNTED:
         counts[k, 0] += 1
-    one, other, early, late = halves(nodes, node, line, near, far)
+    one, other, early, late = halves(nodes, node, line)
     if late < near:
         return nearest_below(
             nodes, refs, triangles, ray, line, entered, other, near, far, index, t, u, v, k, counts
@@ -91,7 +91,7 @@ def any_below(nodes, refs, triangles, ray, line, node, near, far, k, counts):
         return any_in_leaf(refs, triangles, begin, end, ray)
     if COUNTED:
         counts[k, 0] += 1
-    one, other, early, late = halves(nodes, node, line, near, far)
+    one, other, early, late = halves(nodes, node, line)
     if late < near:
         return any_below(nodes, refs, triangles, ray, line, other, near, far, k, counts)
     if early > far:

@@ -33,7 +33,7 @@ def any_in_leaf(refs, triangles, begin, end, ray):
     return False
 
 
-def halves(nodes, node, line, near, far):
+def halves(nodes, node, line):
     """Return the half of a cell that the ray meets first, the other, and from where to where.
 
     Returns
@@ -50,6 +50,24 @@ def halves(nodes, node, line, near, far):
     up = np.uint32(line[axis + np.uint32(3)] > 0)
     pad = line[axis + np.uint32(6)]
     return child + np.uint32(1) - up, child + up, crossing - pad, crossing + pad
+
+
+def descend(nodes, line, node, near, far, far_nodes, nears, fars, top):
+    """Return the leaf that a ray meets first below a node, the stack's height, the steps."""
+    steps = 0
+    while nodes[node].link & np.uint32(3) != np.uint32(3):
+        steps += 1
+        one, other, early, late = halves(nodes, node, line)
+        node = one
+        if late < near:
+            node = other
+        elif early <= far:
+            far_nodes[top] = other
+            nears[top] = max(near, early)
+            fars[top] = far
+            top += 1
+            far = min(far, late)
+    return node, top, steps
 
 
 def nearest(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v, counts):
@@ -71,18 +89,10 @@ def nearest(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v
                 near, far = np.float32(0), limit
                 top = 0
                 while True:
-                    while nodes[node].link & np.uint32(3) != np.uint32(3):
-                        steps += 1
-                        one, other, early, late = halves(nodes, node, line, near, far)
-                        node = one
-                        if late < near:
-                            node = other
-                        elif early <= far:
-                            far_nodes[top] = other
-                            nears[top] = max(near, early)
-                            fars[top] = far
-                            top += 1
-                            far = min(far, late)
+                    node, top, more = descend(
+                        nodes, line, node, near, far, far_nodes, nears, fars, top
+                    )
+                    steps += more
                     count = nodes[node].split
                     if count > 0:
                         begin = np.int64(nodes[node].link >> np.uint32(2))
@@ -128,18 +138,10 @@ def any_hit(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v
                 near, far = np.float32(0), entered[1]
                 top = 0
                 while True:
-                    while nodes[node].link & np.uint32(3) != np.uint32(3):
-                        steps += 1
-                        one, other, early, late = halves(nodes, node, line, near, far)
-                        node = one
-                        if late < near:
-                            node = other
-                        elif early <= far:
-                            far_nodes[top] = other
-                            nears[top] = max(near, early)
-                            fars[top] = far
-                            top += 1
-                            far = min(far, late)
+                    node, top, more = descend(
+                        nodes, line, node, near, far, far_nodes, nears, fars, top
+                    )
+                    steps += more
                     count = nodes[node].split
                     if count > 0:
                         begin = np.int64(nodes[node].link >> np.uint32(2))
@@ -159,4 +161,4 @@ def any_hit(nodes, refs, triangles, scene, rays, first, second, outcome, t, u, v
 
 
 QUERIES = {"nearest": nearest, "any": any_hit}
-CALLEES = (halves,)
+CALLEES = (halves, descend)
