@@ -1,0 +1,1 @@
+"""The scene model and its readers: TOML, NFF, mesh files."""
