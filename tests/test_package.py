@@ -74,7 +74,7 @@ def test_the_readme_names_only_commands_that_are_there():
     from rtbench.experiments.config import shipped as configs
 
     text = README.read_text(encoding="utf-8")
-    named = re.findall(r"(?:^|`|/)rtbench ([a-z]+)", text, flags=re.MULTILINE)
+    named = re.findall(r"(?:^|`|/)rtbench ([a-z-]+)", text, flags=re.MULTILINE)
     assert named and set(named) == set(COMMANDS)
     assert set(re.findall(r"rtbench run ([a-z][a-z0-9.-]*)", text)) <= set(configs())
 

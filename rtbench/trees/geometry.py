@@ -44,7 +44,7 @@ class Geometry:
     reach: float
 
     def __len__(self) -> int:
-        return len(self.corners)
+        return len(self.boxes)
 
     @classmethod
     def of(cls, triangles: np.ndarray, precision: str = "float32") -> Geometry:

@@ -10,6 +10,8 @@ import pytest
 
 from rtbench import cli
 
+# They measure for minutes, or ask for runs or pictures: they have tests of their own.
+OF_THEIR_OWN = ("reproduce", "advise", "accuracy", "trees", "render", "effects", "compare-images")
 COMMANDS = [(), *((name,) for name in cli.COMMANDS), ("kernels", "show")]
 
 
@@ -46,8 +48,8 @@ def shown(text):
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_examples_work(rtbench, command):
     for arguments in shown(rtbench(*command, "--help").out):
-        if arguments[0] in ("reproduce", "advise", "accuracy", "trees"):
-            continue  # they measure for minutes, or ask runs: they have tests of their own
+        if arguments[0] in OF_THEIR_OWN:
+            continue
         if "working-set" in arguments:
             continue  # draws a million pairs
         told = rtbench(*cheaper(list(arguments)))

@@ -39,6 +39,10 @@ def not_slower(x, least):  # x, moved away from 0
     return x if abs(x) >= least else (-least if x < 0.0 else least)
 
 
+def not_greater(x, most):  # x, moved towards 0
+    return x if abs(x) <= most else (-most if x < 0.0 else most)
+
+
 def nearest_side(low, high, origin, inverse):
     return ((low if inverse > 0.0 else high) - origin) * inverse
 
@@ -100,9 +104,9 @@ def enter(orig, dir, tmax, scene, line):
     leaves = end - start + slack
     slack = slack if GREATEST_T * size >= 2.0 * away else np.inf
     enters = (start <= end) & (size > 0.0) & finite & (start < np.inf)
-    ix = 1.0 / not_slower(dx, SLOWEST)
-    iy = 1.0 / not_slower(dy, SLOWEST)
-    iz = 1.0 / not_slower(dz, SLOWEST)
+    ix = not_greater(ix, 1.0 / SLOWEST)
+    iy = not_greater(iy, 1.0 / SLOWEST)
+    iz = not_greater(iz, 1.0 / SLOWEST)
     line[0] = np.float32(ox + start * dx)
     line[1] = np.float32(oy + start * dy)
     line[2] = np.float32(oz + start * dz)
@@ -120,7 +124,7 @@ def limit_of(t, start, size, slack):
     return np.float32(np.float64(t) * size - start + slack)
 
 
-CALLEES = (not_slower, nearest_side, enter, limit_of)
+CALLEES = (not_slower, not_greater, nearest_side, enter, limit_of)
 
 
 def constants(precision: str) -> dict[str, str]:

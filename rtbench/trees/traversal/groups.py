@@ -25,7 +25,7 @@ from rtbench.kernels.contract import ZERO, Kernel
 from rtbench.trees import leaves
 from rtbench.trees.traversal import entering, walks
 
-OF_ENTERING = ("not_slower", "nearest_side", "enter")
+OF_ENTERING = ("not_slower", "not_greater", "nearest_side", "enter")
 NAMES = ("bits_and", "bits_of", "bits_or", "float_of_bits", "gather", "high_half", "how_many")
 NAMES += ("as_double", "as_single", "joined_halves", "load", "low_half", "lowest_bit", "mask_of")
 NAMES += ("prefetch", "save", "scatter", "shifted_left", "shifted_right", "signed")

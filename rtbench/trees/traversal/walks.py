@@ -40,7 +40,17 @@ _LEAF_TESTS = {
     ("any", leaves.IN_BLOCKS): (leaf_tests.any_in_blocks,),
 }
 # Names of a walk's module that a kernel must not use for its own.
-TAKEN = ("ask", "halves", "limit_of", "enter", "not_slower", "nearest_side", "DEPTH", "NODE")
+TAKEN = (
+    "ask",
+    "halves",
+    "limit_of",
+    "enter",
+    "not_slower",
+    "not_greater",
+    "nearest_side",
+    "DEPTH",
+    "NODE",
+)
 TAKEN += ("nearest_in_leaf", "any_in_leaf", "NO_INDEX", "COUNTED", "TRUE", "FALSE", "ROOT")
 TAKEN += ("descend", "nearest_below", "any_below", "nearest_with_mailboxes", "any_with_mailboxes")
 TAKEN += tuple(entering.constants("float32"))
