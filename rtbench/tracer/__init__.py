@@ -1,0 +1,1 @@
+"""The ray tracer that simulates only the effects a scene calls for."""
