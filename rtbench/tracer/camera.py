@@ -68,7 +68,7 @@ def sample(world, x, y, number, side):
     if MOTION_BLUR:
         time = uniform(seed, DIMENSION_MOTION_BLUR)
         if side > 1 and not world.settings[0].noise > 0.0:
-            # Each sample has its own part of the time that the shutter is open, where all are taken.
+            # Where all samples are taken, each has its own part of the time the shutter is open.
             time = (REAL(number) + time) / REAL(side * side)
     orig, dir = from_camera(camera, seed, REAL(x) + across, REAL(y) + down)
     if FIRST_HIT:

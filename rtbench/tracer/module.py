@@ -133,7 +133,7 @@ def _modules() -> tuple:
 
 
 # Their literals are float32 or float64 by their own words, whatever the arithmetic.
-AS_WRITTEN = {*entering.CALLEES, *stack.CALLEES}
+AS_WRITTEN = {*entering.CALLEES, *stack.CALLEES, *walking.IN_DOUBLE}
 
 
 @functools.cache

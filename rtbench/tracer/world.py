@@ -19,6 +19,7 @@ from rtbench.tracer.options import Options
 from rtbench.trees import leaves, ways
 from rtbench.trees.building import build
 from rtbench.trees.geometry import Geometry, outward
+from rtbench.trees.traversal import entering
 
 LIGHT_CODES = {"point": 0, "directional": 1, "spot": 2, "rectangle": 3, "sphere": 4}
 SAMPLED = ("antialiasing", "glossy", "dispersion", "depth_of_field", "motion_blur")
@@ -130,7 +131,10 @@ def world_of(
     )
     normals, coordinates, smooth = _of_corners(meshes, counts, effects, real)
     textures, texels, texture_of = _textures(scene, base, real)
-    tree = np.concatenate([geometry.base, geometry.box, [geometry.reach]]).astype(np.float64)
+    extent = 2.0 * float(np.abs(geometry.box).max())
+    known = entering.margins(extent, geometry.reach, options.precision)
+    tree = np.concatenate([geometry.base, geometry.box, [geometry.reach], known])
+    tree = tree.astype(np.float64)
     arrays = {
         "nodes": table.nodes,
         "refs": table.refs,

@@ -127,6 +127,30 @@ def limit_of(t, start, size, slack):
 CALLEES = (not_slower, not_greater, nearest_side, enter, limit_of)
 
 
+def margins(extent: float, reach: float, precision: str) -> tuple[float, float, float]:
+    """Return pad, slack and how far away it may be of any ray that starts in the scene's box.
+
+    Parameters
+    ----------
+    extent : float
+        Twice the greatest magnitude of a local coordinate of the box.
+    reach : float
+        The greatest magnitude of a coordinate.
+    precision : str
+
+    Returns
+    -------
+    pad, slack, away : float
+        As `enter` computes them of its farthest corner, the slack without what a short direction
+        adds; ``away`` twice, as it is compared.
+    """
+    numbers = {name: eval(text) for name, text in constants(precision).items()}
+    away = 1.5 * extent
+    pad = numbers["WALK_ROUNDING"] * extent + numbers["KERNEL_ROUNDING"] * away
+    pad += numbers["DOUBLE_ROUNDING"] * reach + numbers["LEAST_PAD"]
+    return pad, 2.0 * pad + numbers["T_ROUNDING"] * away, 2.0 * away
+
+
 def constants(precision: str) -> dict[str, str]:
     """Return the constants of a generated module that these functions read."""
     kernel = "2.0**-20" if precision == "float32" else "2.0**-49"
