@@ -14,14 +14,22 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from rtbench.compiled import cache, targets
-from rtbench.compiled.instantiate import Instance, instantiate, load, source_of
+from rtbench.compiled.instantiate import (
+    Instance,
+    instantiate,
+    is_compiled,
+    load,
+    source_of,
+    written,
+)
 from rtbench.errors import RtbenchError
 
 
@@ -62,6 +70,62 @@ def instantiate_for(
     )
     call = functools.partial(_call, needed, path, name)
     return Instance(call, Path(path), name, fresh, needed)
+
+
+def compile_ahead(
+    wanted: Sequence[tuple[str, Mapping[str, object]]],
+    processes: int,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Compile what is not compiled yet by several processes side by side: it is loaded later.
+
+    Parameters
+    ----------
+    wanted : sequence of (str, dict)
+        An entry's source and the further arguments of `instantiate`, all of them text.
+    processes : int
+        At most; with one, or where only one is to be compiled, nothing is done.
+    progress : callable, optional
+        Called in the calling thread with the fraction done.
+
+    Raises
+    ------
+    RtbenchError
+        For what does not compile.
+    """
+    missing = {}
+    for entry, arguments in wanted:
+        path, _ = written(entry, **arguments)
+        if not is_compiled(path):
+            missing[path] = entry, arguments
+    count = min(processes, len(missing))
+    if count < 2:
+        return
+    waiting, free = list(missing.values()), [Process(()) for _ in range(count)]
+
+    def compile_one(entry: str, arguments: Mapping[str, object]) -> None:
+        process = free.pop()
+        process.ask("compile", entry, **arguments)
+        free.append(process)
+
+    everyone = list(free)
+    try:
+        with ThreadPoolExecutor(count) as pool:
+            asked = [pool.submit(compile_one, *each) for each in waiting]
+            try:
+                for done, each in enumerate(as_completed(asked), 1):
+                    each.result()
+                    if progress is not None:
+                        progress(done / len(asked))
+            except BaseException:
+                for each in asked:
+                    each.cancel()
+                for process in everyone:
+                    process.close()
+                raise
+    finally:
+        for process in everyone:
+            process.close()
 
 
 class Process:

@@ -158,6 +158,37 @@ def instantiate(
     RtbenchError
         For unknown flags.
     """
+    path, name = written(
+        entry,
+        signature=signature,
+        callees=callees,
+        constants=constants,
+        title=title,
+        forceinline=forceinline,
+        flags=flags,
+        imports=imports,
+        outlined=outlined,
+    )
+    try:
+        return load(path, name)
+    except Exception:  # what cannot be compiled is of no use to anyone
+        cache.remove(path)
+        raise
+
+
+def written(
+    entry: Callable | str,
+    *,
+    signature: str,
+    callees: tuple[Callable | str, ...] = (),
+    constants: Mapping[str, str] | None = None,
+    title: str = "",
+    forceinline: bool = False,
+    flags: str = "strict",
+    imports: str = "",
+    outlined: tuple[str, ...] = (),
+) -> tuple[Path, str]:
+    """Write the module that `instantiate` loads; return where it is, and its entry's name."""
     if flags not in FLAGS:
         raise RtbenchError(unknown("floating-point flags", flags, FLAGS))
     told = FLAGS[flags]
@@ -188,11 +219,12 @@ def instantiate(
         same = False
     if not same:
         cache.write_whole(path, text)
-    try:
-        return load(path, names[-1])
-    except Exception:  # what cannot be compiled is of no use to anyone
-        cache.remove(path)
-        raise
+    return path, names[-1]
+
+
+def is_compiled(path: Path) -> bool:
+    """Return whether the code of a module lies in the cache."""
+    return path.with_suffix(".s").is_file()
 
 
 @functools.cache

@@ -80,10 +80,12 @@ class Seen:
     def goes_on(self, material: Material) -> bool:
         """Return whether a mirrored or refracted ray of a material is worth sending.
 
-        Total reflection gives the mirrored ray both weights: hence the sum.
+        Total reflection sends back all the light, whatever the weights.
         """
-        both = np.add(material.reflection, material.transmission)
-        return self.depth >= 1 and float(both.max()) > self.threshold
+        greatest = max(*material.reflection, *material.transmission)
+        if material.transmits and material.index != 1 and not material.fresnel:
+            greatest = 1.0
+        return self.depth >= 1 and greatest > self.threshold
 
     def too_weak(self, material: Material) -> str:
         """Return why the rays of a material are not sent."""

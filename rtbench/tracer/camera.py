@@ -97,7 +97,9 @@ def pixel(world, x, y):
                 mean += change / REAL(taken)
                 spread += change * (bright - mean)
                 if taken >= FEWEST:
-                    error = math.sqrt(spread / REAL(taken - 1) / REAL(taken))
+                    # As if the next sample were off by all the mean: what is rare and bright may
+                    # not have been seen yet.
+                    error = math.sqrt(spread + mean * mean) / REAL(taken)
                     if error < settings.noise:
                         break
     share = 1.0 / REAL(taken)

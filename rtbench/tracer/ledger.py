@@ -144,8 +144,6 @@ def ledger(
     -------
     Ledger
     """
-    if make is None:
-        from rtbench.tracer.render import Renderer as make
     options = dataclasses.replace(options or Options(), without=(), force=())
     found = reasons(with_settings(scene, options.depth, options.samples, options.threshold))
     asked = [options]
@@ -153,11 +151,10 @@ def ledger(
         chosen = {"without": (key,)} if reason.called else {"force": (key,)}
         asked.append(dataclasses.replace(options, **chosen))
     steps = _Steps(len(asked) * (2 + repeats), progress)
-    renderers, pictures = [], []
-    for each in asked:
-        renderers.append(make(scene, each))
-        steps.done()
-        pictures.append(renderers[-1].render(threads=threads))
+    renderers = _made(scene, asked, make, steps)
+    pictures = []
+    for each in renderers:
+        pictures.append(each.render(threads=threads))
         steps.done()
     seconds = np.zeros((len(asked), repeats))
     for turn in range(repeats):
@@ -173,9 +170,31 @@ def ledger(
     return Ledger(scene.name, rows, pictures[0], float(np.median(seconds[0])))
 
 
+def _made(scene, asked, make, steps) -> list:
+    """Return the renderers; real ones are compiled on all cores side by side."""
+    if make is not None:
+        renderers = [make(scene, each) for each in asked]
+    else:
+        from rtbench.tracer.render import Renderer, compile_all
+
+        renderers = [Renderer(scene, each, later=True) for each in asked]
+        compile_all(renderers, steps.part(len(asked)))
+    steps.count = len(asked)
+    return renderers
+
+
 class _Steps:
     def __init__(self, total: int, progress: Callable[[float], None] | None) -> None:
         self.total, self.progress, self.count = total, progress, 0
+
+    def part(self, steps: int) -> Callable[[float], None]:
+        """Return what tells the fraction done of so many steps."""
+
+        def told(fraction: float) -> None:
+            if self.progress is not None:
+                self.progress((self.count + fraction * steps) / self.total)
+
+        return told
 
     def done(self) -> None:
         self.count += 1

@@ -167,11 +167,22 @@ def tracer(kernel: Kernel, precision: str, features: Features) -> Instance:
 
 
 def instantiated(kernel: Kernel, precision: str, features: Features, change) -> Instance:
-    """Return the compiled tracer of sources that were changed: see `tracer`.
+    """Return the compiled tracer of sources that were changed: see `tracer` and `arguments`."""
+    entry, rest = arguments(kernel, precision, features, change)
+    with refused_in_a_line(kernel, " in the tracer"):
+        return instantiate(entry, **rest)
+
+
+def arguments(
+    kernel: Kernel, precision: str, features: Features, change=None
+) -> tuple[str, dict[str, object]]:
+    """Return what `rtbench.compiled.instantiate.instantiate` takes to compile a tracer.
 
     Parameters
     ----------
-    change : callable or None
+    kernel, precision, features
+        As for `tracer`.
+    change : callable, optional
         Takes the syntax of each function and returns what is to be compiled in its place.
     """
     told = features.constants()
@@ -203,17 +214,15 @@ def instantiated(kernel: Kernel, precision: str, features: Features, change) -> 
         imports += [inside.imports] if inside.imports else []
     imports += [vector_memory.imports(BY_MEMORY), "from collections import namedtuple"]
     name = f"{kernel.name}_tracer"
-    with refused_in_a_line(kernel, " in the tracer"):
-        return instantiate(
-            named(entry, name),
-            callees=tuple(callees),
-            constants=constants,
-            signature=_signature(real, features),
-            title=f"A ray tracer in {precision}: {', '.join(sorted(features.effects)) or 'plain'}",
-            forceinline=True,
-            outlined=inside.outlined,
-            imports="\n".join(imports),
-        )
+    return named(entry, name), {
+        "callees": tuple(callees),
+        "constants": constants,
+        "signature": _signature(real, features),
+        "title": f"A ray tracer in {precision}: {', '.join(sorted(features.effects)) or 'plain'}",
+        "forceinline": True,
+        "outlined": inside.outlined,
+        "imports": "\n".join(imports),
+    }
 
 
 def _constants(precision: str, features: Features) -> dict[str, str]:

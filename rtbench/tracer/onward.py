@@ -86,12 +86,12 @@ def sent(world, top, kind, depth, index, at, way, weight, wave):
 def mirrored(dir, geometric, normal):
     """Return the mirrored direction.
 
-    Where a smooth normal or a facet would mirror into the surface, it is that of the surface's own
-    normal.
+    What a smooth normal or a facet would mirror into the surface is turned back up by the surface
+    itself: so the directions of a rough mirror have no gap or peak.
     """
     x, y, z = reflected(dir[0], dir[1], dir[2], normal[0], normal[1], normal[2])
     if not cosine((x, y, z), geometric) > 0.0:
-        x, y, z = reflected(dir[0], dir[1], dir[2], geometric[0], geometric[1], geometric[2])
+        x, y, z = reflected(x, y, z, geometric[0], geometric[1], geometric[2])
     return x, y, z
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtbench.compiled.elsewhere import compile_ahead
+from rtbench.compiled.instantiate import Instance
 from rtbench.compiled.layout import REAL_TYPE
 from rtbench.errors import RtbenchError
 from rtbench.kernels import registry
@@ -76,6 +77,8 @@ class Renderer:
     options : Options, optional
     progress : callable, optional
         Called with the fraction of the tree that is built.
+    later : bool
+        Compile with the first picture, or by `compile_all`.
 
     Attributes
     ----------
@@ -97,32 +100,23 @@ class Renderer:
         scene: Scene,
         options: Options | None = None,
         progress: Callable[[float], None] | None = None,
+        later: bool = False,
     ) -> None:
         options = options or Options()
         self.scene, self.options = scene, options
         self.kernel = registry.find(options.kernel)
         leaves.must_be_fit(self.kernel)
-        seen = scene
-        changed = {
-            name: getattr(options, name)
-            for name in ("depth", "samples", "threshold")
-            if getattr(options, name) is not None
-        }
-        if changed:
-            seen = dataclasses.replace(
-                scene, settings=dataclasses.replace(scene.settings, **changed)
-            )
+        seen = effects.with_settings(scene, options.depth, options.samples, options.threshold)
         self.effects = effects.compiled(seen, options.without, options.force)
         begin = time.perf_counter()
         self.world = world.world_of(seen, options, self.kernel, self.effects, progress)
         built = time.perf_counter()
         if options.first_hit:
             self._refuse_first_hit(seen)
-        fresh = self._compile()
-        self.seconds = {
-            "compile": time.perf_counter() - built if fresh else 0.0,
-            "build": built - begin,
-        }
+        self.seconds = {"compile": 0.0, "build": built - begin}
+        self.instance: Instance | None = None
+        if not later:
+            self.compile()
         self._settings = world.settings_of(seen, options, self.effects, self.world.planes)
 
     def _refuse_first_hit(self, scene: Scene) -> None:
@@ -133,6 +127,12 @@ class Renderer:
                     f"first_hit is for one ray through the middle of each pixel, and {effect} "
                     "sends others; leave one of the two out"
                 )
+
+    def compile(self) -> None:
+        """Compile the tracer or load it, unless that was done."""
+        begin = time.perf_counter()
+        if self.instance is None and self._compile():
+            self.seconds["compile"] = time.perf_counter() - begin
 
     def _compile(self) -> bool:
         """Compile what is not compiled yet; return whether anything was."""
@@ -173,6 +173,7 @@ class Renderer:
         progress : callable, optional
             Called with the fraction done.
         """
+        self.compile()
         camera = camera or self.scene.camera
         real = REAL_TYPE[self.options.precision]
         begin = time.perf_counter()
@@ -231,6 +232,26 @@ class Renderer:
             dict(self.effects),
             heats,
         )
+
+
+def compile_all(
+    renderers: Sequence[Renderer], progress: Callable[[float], None] | None = None
+) -> None:
+    """Compile the tracers of renderers made to compile later, on all cores side by side.
+
+    Parameters
+    ----------
+    renderers : sequence of Renderer
+    progress : callable, optional
+        Called with the fraction done.
+    """
+    wanted = [
+        module.arguments(each.kernel, each.options.precision, each._features())
+        for each in renderers
+    ]
+    compile_ahead(wanted, len(os.sched_getaffinity(0)), progress)
+    for each in renderers:
+        each.compile()
 
 
 def render(

@@ -44,6 +44,8 @@ SCALES = (1e-3, 1.0, 1e5)
 # Triangles of "even" pass through each other, and what is seen nearer to such a line than a point
 # is known to may start beyond it.
 CROSSING = {"even:4000": {"float32": 5e-4, "float64": 0.0}}
+# A light that a curved surface sees under a cosine of some roundings is on neither side of it.
+GRAZING = 32
 WIDE = {"kernel": ("watertight_safe", "moller_trumbore"), "structure": ("bvh", "kd")}
 
 
@@ -121,7 +123,7 @@ def test_no_acne_on_shapes(name, precision):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("name", [*CLOSED_SHAPES, "icosphere3", "cube", "fandisk"])
 def test_no_light_leaks_in(name, precision):
-    assert leaks(name, precision, scales=(1e-3, 1e5)) == 0
+    assert leaks(name, precision, scales=(1e-3, 1e5)) <= GRAZING * np.finfo(precision).eps
 
 
 @pytest.mark.full
@@ -136,7 +138,7 @@ def test_no_acne_and_no_leaks_with_any_kernel_and_tree(precision, kernel, struct
         assert_clean(name, precision, **given)
     if kernel == "watertight_safe":
         for name in (*CLOSED_MODELS, *CLOSED_SHAPES):
-            assert leaks(name, precision, **given) == 0, name
+            assert leaks(name, precision, **given) <= GRAZING * np.finfo(precision).eps, name
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -145,7 +147,8 @@ def test_grazing_light_and_light_at_corners(precision):
     cube = mesh("cube")
     for scale, move in places(precision, (1e-3, 1e5)):
         objects = placed((cube,), scale, move)
-        step = float(np.finfo(precision).eps) * 64
+        # As far as precision and file tell what is outside.
+        step = 64 * np.finfo(precision).eps + 64 * np.finfo(float).eps * np.abs(move).max() / scale
         for at in ((0.5, 0.5, 0.5), (0.5, 0.5, 0.1), (0.5, 0.1, 0.2)):
             at = np.array(at) * (1 + step) * scale + move
             eye = np.array((0.1, -0.2, 0.05)) * scale + move
@@ -186,8 +189,21 @@ def test_an_offset_that_the_file_resolves_costs_nothing(precision):
         light = Light(position=tuple(np.array((2, 3, 1)) + move))
         shown.append(picture(dataclasses.replace(seen, lights=(light,)), precision).pixels)
     assert len(np.unique(shown[0])) > 1000
+    # The middle of the scene, which positions are taken from, is itself rounded once.
+    close = 0.0 if precision == "float32" else 16 * np.finfo(precision).eps
     for other in shown[1:]:
-        np.testing.assert_array_equal(other, shown[0])
+        assert np.abs(other - shown[0]).max() <= close
+
+
+@pytest.mark.parametrize("name", ["icosphere3", "cube", "sphere", "cylinder", "disc"])
+def test_an_object_far_from_the_middle_of_its_scene(name):
+    """Its numbers are coarser there: in float32 4096 sizes away, a size is 2000 roundings."""
+    for precision, far in (("float32", 4096.0), ("float64", 1e7)):
+        move = TILTED * -far
+        objects = (*placed(things(name), 1.0, move), *placed(things(name), 1.0, -move))
+        for eye in EYES[:2]:
+            lit, dark = acne(objects, np.array(eye) + move, move, precision)
+            assert lit > 500 and dark == 0
 
 
 # Of glass
@@ -355,7 +371,7 @@ def test_an_opaque_ball_inside_clear_glass(shell, precision):
         shown = picture(cased, precision)
         seen = expected[..., 0] > 0
         assert seen.sum() > 500
-        # Roundings of the ball's normal where light and eye graze it are not small beside its cosine.
+        # Where light and eye graze the ball, roundings are not small beside the cosine.
         close = 200 * np.finfo(precision).eps
         assert np.abs(shown.pixels - expected / 4)[seen].max() < close
         assert (shown.pixels[~seen] <= close).all()

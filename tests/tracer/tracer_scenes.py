@@ -67,7 +67,7 @@ def placed(objects, scale=1.0, offset=(0.0, 0.0, 0.0)):
     for each in objects:
         if isinstance(each, Triangles):
             changed = {"corners": each.corners * scale + offset}
-        elif isinstance(each, Sphere) or isinstance(each, Disc):
+        elif isinstance(each, (Sphere, Disc)):
             changed = {"center": point(each.center), "radius": each.radius * scale}
         elif isinstance(each, Plane):
             changed = {"point": point(each.point)}
@@ -147,3 +147,37 @@ def nothing_at(objects):
             if hasattr(each, name):
                 return Triangles(corners=np.tile(getattr(each, name), (1, 3, 1)).astype(float))
     raise ValueError(objects)
+
+
+def many(seed=5, triangles=60, shapes=10, planes=True, moved=(0.0, 0.0, 0.0)):
+    """Return a scene of all kinds of primitives, crossing each other, each of a colour of its own.
+
+    Primitive i, in the order of the objects, sends i + 1 by itself; two lights light it.
+    """
+    random = np.random.default_rng(seed)
+    objects = []
+    for _ in range(triangles):
+        middle = random.uniform(-1, 1, 3)
+        objects.append(Triangles(corners=(middle + random.normal(0, 0.3, (3, 3)))[None]))
+    for _ in range(shapes):
+        place, other = random.uniform(-1, 1, (2, 3))
+        wide, narrow = random.uniform(0.05, 0.3, 2)
+        objects += [
+            Sphere(center=tuple(random.uniform(-1, 1, 3)), radius=random.uniform(0.1, 0.4)),
+            Cone(base=tuple(place), apex=tuple(other), base_radius=wide, apex_radius=narrow),
+            Disc(center=tuple(random.uniform(-1, 1, 3)), normal=tuple(other), radius=wide),
+        ]
+    if planes:
+        objects += [Plane(point=(0, -1, 0)), Plane(point=(0, 0, -1.5), normal=(0.2, 0.1, 1))]
+    materials = tuple(
+        Material(emission=(i + 1, 0, 0), diffuse=(0, 0.5, 1)) for i in range(len(objects))
+    )
+    objects = [dataclasses.replace(each, material=i) for i, each in enumerate(objects)]
+    lights = Light(position=(2, 3, 2)), Light(kind="directional", direction=(0.3, -1, -0.4))
+    return Scene(
+        "many",
+        Camera((0.4, 0.9, 4), (0, 0, 0), (0, 1, 0), 45, 70, 50),
+        lights,
+        materials,
+        placed(objects, 1.0, moved),
+    )
