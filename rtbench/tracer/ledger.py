@@ -173,13 +173,16 @@ def ledger(
 def _made(scene, asked, make, steps) -> list:
     """Return the renderers; real ones are compiled on all cores side by side."""
     if make is not None:
-        renderers = [make(scene, each) for each in asked]
+        renderers = []
+        for each in asked:
+            renderers.append(make(scene, each))
+            steps.done()
     else:
         from rtbench.tracer.render import Renderer, compile_all
 
         renderers = [Renderer(scene, each, later=True) for each in asked]
         compile_all(renderers, steps.part(len(asked)))
-    steps.count = len(asked)
+        steps.count = len(asked)
     return renderers
 
 
