@@ -18,7 +18,10 @@ COMMANDS = {
     "check": "Is a kernel, or a function of yours, right about hard cases?",
     "accuracy": "What accuracy costs in time, and what it buys.",
     "trees": "What k-d trees and a BVH over a model cost, and what they save.",
+    "effects": "What it saves to simulate only the effects a scene calls for.",
+    "render": "Trace a scene, and only the effects that it calls for.",
     "machine": "What am I running on, and is it quiet enough to measure?",
+    "compare-images": "By how much two pictures differ, and whether it can be seen.",
     "table": "Print a run as tables.",
     "plot": "Draw a run's plots.",
     "roofline": "What bounds each kernel of a run, and what it reaches of that.",
@@ -37,7 +40,7 @@ class Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        return importlib.import_module(f"rtbench.cli.{name}").command
+        return importlib.import_module(f"rtbench.cli.{name.replace('-', '_')}").command
 
     def resolve_command(self, context: click.Context, args: list[str]):
         """Name the nearest command for one that is not there."""

@@ -24,6 +24,7 @@ EXPERIMENTS = (
     "break_even",
     "compilers",
     "density",
+    "effects",
     "latency",
     "naive",
     "operations",
@@ -34,6 +35,8 @@ EXPERIMENTS = (
     "soup",
     "stability",
     "stages",
+    "subsampling",
+    "techniques",
     "tree_builders",
     "trees",
     "watertightness",
@@ -95,6 +98,14 @@ class Config:
         Whether triangles that are not finite are left out rather than refused.
     generator, seed, layout
         The workload.
+    scenes, parts : tuples of str
+        Experiment effects: scenes, none: all that come with rtbench; and what is done with each:
+        tracers, steps, proof.
+    grids, tolerances, interpolations : tuples
+        Experiment subsampling: pixels from corner to corner as 8x4, the first is shown in curves;
+        by how much corners may differ; how what is between is filled. Scenes: as for effects.
+    techniques : tuple of str
+        Experiment techniques: shadow_cache, first_hit. Scenes: as for effects.
     processes, samples : int or None
         Worker processes, and rounds in each; None: chosen from the repetitions.
     """
@@ -143,6 +154,12 @@ class Config:
     exact: int = 0
     large: int = 0
     drop_invalid: bool = False
+    scenes: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ("tracers", "steps", "proof")
+    grids: tuple[str, ...] = ("4x4", "2x2", "8x8", "16x16", "8x4")
+    tolerances: tuple[float, ...] = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
+    interpolations: tuple[str, ...] = ("bilinear", "nearest")
+    techniques: tuple[str, ...] = ("shadow_cache", "first_hit")
     generator: str = "pcg64"
     seed: int = 1
     layout: str = "shared"
@@ -213,6 +230,12 @@ class Config:
         """Return this with a tenth of the work, in fewer rounds if that is too little for them."""
         if self.experiment == "watertightness":  # it times nothing
             return dataclasses.replace(self, rays=max(1, self.rays // 10))
+        if self.experiment == "effects":  # the steps and the proof compile for minutes
+            return dataclasses.replace(self, processes=1, samples=2, parts=("tracers",))
+        if self.experiment in ("subsampling", "techniques"):  # each scene compiles for seconds
+            return dataclasses.replace(
+                self, processes=1, samples=2, scenes=self.scenes[:2], grids=self.grids[:2]
+            )
         if self.experiment in (tree_config.TREES, tree_config.TREE_BUILDERS):
             return dataclasses.replace(self, **tree_config.quick(self))
         sizes = self.sizes

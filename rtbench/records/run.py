@@ -134,6 +134,21 @@ class Run:
         """One row a build by a builder over a model of some size; may be empty."""
         return self._table(schema.BUILDS)
 
+    @cached_property
+    def effects(self) -> "pandas.DataFrame":
+        """One row a tracer of a scene: rays, digests of its picture and code; may be empty."""
+        return self._table(schema.EFFECTS)
+
+    @cached_property
+    def subsampling(self) -> "pandas.DataFrame":
+        """One row a way to subsample a scene's picture: rays, errors; may be empty."""
+        return self._table(schema.SUBSAMPLING)
+
+    @cached_property
+    def techniques(self) -> "pandas.DataFrame":
+        """One row a technique over a scene: rays, digest of its picture; may be empty."""
+        return self._table(schema.TECHNIQUES)
+
     def _table(self, name: str) -> "pandas.DataFrame":
         path = self.path / name
         if path.exists():

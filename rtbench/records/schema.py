@@ -18,6 +18,9 @@ ACCURACY = "accuracy.csv"
 TREES = "trees.csv"
 VISITS = "visits.csv"
 BUILDS = "builds.csv"
+EFFECTS = "effects.csv"
+SUBSAMPLING = "subsampling.csv"
+TECHNIQUES = "techniques.csv"
 
 # Experiments without samples.
 UNTIMED = frozenset(
@@ -295,6 +298,55 @@ BUILD_COLUMNS = (
     "sah_cost",
     "digest",
 )
+# A row a tracer of a scene: what it shot, digests of its picture and of its code (of some), and
+# the functions that it was compiled from.
+EFFECT_COLUMNS = (
+    "kernel",
+    "precision",
+    "scene",
+    "tracer",
+    "width",
+    "height",
+    "picture",
+    *(f"rays_{kind}" for kind in ("primary", "shadow", "reflection", "refraction", "indirect")),
+    "code",
+    "instructions",
+    "functions",
+)
+# A row a way to subsample a scene's picture: pixels that were not traced, rays with and without,
+# and errors beside the full picture as a display shows it (absent of the full one).
+SUBSAMPLING_COLUMNS = (
+    "kernel",
+    "precision",
+    "scene",
+    "grid",
+    "tolerance",
+    "interpolation",
+    "width",
+    "height",
+    "interpolated",
+    "primary",
+    "rays",
+    "rays_full",
+    "mean_square",
+    "ssim",
+    "greatest",
+    "differing",
+    "above_two_steps",
+    "picture",
+)
+# A row a technique and number of threads over a scene.
+TECHNIQUE_COLUMNS = (
+    "kernel",
+    "precision",
+    "scene",
+    "technique",
+    "threads",
+    "width",
+    "height",
+    "picture",
+    *(f"rays_{kind}" for kind in ("primary", "shadow", "reflection", "refraction", "indirect")),
+)
 LENGTHS = "length of dir"  # a curve of its own, of no family: easy cases over log10 |dir|
 STABILITY_TABLES = (STABILITY, FAMILIES, CURVES)
 
@@ -311,13 +363,17 @@ TABLES = {
     TREES: TREE_COLUMNS,
     VISITS: VISIT_COLUMNS,
     BUILDS: BUILD_COLUMNS,
+    EFFECTS: EFFECT_COLUMNS,
+    SUBSAMPLING: SUBSAMPLING_COLUMNS,
+    TECHNIQUES: TECHNIQUE_COLUMNS,
 }
 
 # A kernel may be called 1e3 and a label 7: these columns stay text whatever they look like.
 TEXT_COLUMNS = frozenset(
     {
         *("kernel", "label", "precision", "order", "table", "family", "edges", "claims", "why"),
-        *("peer", "model", "digest"),
+        *("peer", "model", "digest", "scene", "tracer", "picture", "code", "functions"),
+        *("grid", "interpolation", "technique"),
     }
 )
 INTEGER_COLUMNS = frozenset(

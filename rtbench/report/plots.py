@@ -57,6 +57,10 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         found |= front_charts(run)
     elif experiment == "trees":
         found |= tree_charts(run)
+    elif experiment == "effects":
+        found |= effects_of(run)
+    elif experiment in ("subsampling", "techniques"):
+        found |= techniques_of(run)
     elif experiment == "tree_builders":
         if len(run.builds):
             found["builders"] = builders_chart(run)
@@ -88,6 +92,24 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     if _repeated(run):
         found["drift"] = drift_chart(run)
     return found
+
+
+def effects_of(run: "Run") -> dict[str, "Figure"]:
+    """Return the charts of a run of the experiment ``effects``, by file name."""
+    from rtbench.report.charts.effects import effects_charts
+    from rtbench.report.effects import Effects
+
+    return effects_charts(Effects(run))
+
+
+def techniques_of(run: "Run") -> dict[str, "Figure"]:
+    """Return the charts of a run of ``subsampling`` or ``techniques``, by file name."""
+    from rtbench.report.charts.techniques import subsampling_charts, techniques_charts
+    from rtbench.report.techniques import Techniques, Ways
+
+    if run.info["experiment"] == "subsampling":
+        return subsampling_charts(Ways(run))
+    return techniques_charts(Techniques(run))
 
 
 def tree_charts(run: "Run") -> dict[str, "Figure"]:

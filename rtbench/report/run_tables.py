@@ -11,6 +11,7 @@ from rtbench.report.layouts.accuracy import accuracy_tables
 from rtbench.report.layouts.break_even import break_even_tables
 from rtbench.report.layouts.compilers import compilers_tables
 from rtbench.report.layouts.density import time_tables
+from rtbench.report.layouts.effects import effects_tables
 from rtbench.report.layouts.errors import error_tables
 from rtbench.report.layouts.experiments import (
     latency_table,
@@ -23,6 +24,7 @@ from rtbench.report.layouts.outcomes import operations_table, outcomes_table
 from rtbench.report.layouts.packets import packets_tables
 from rtbench.report.layouts.soup import soup_tables
 from rtbench.report.layouts.stability import stability_tables
+from rtbench.report.layouts.techniques import subsampling_tables, techniques_tables
 from rtbench.report.layouts.tree_growth import builders_tables
 from rtbench.report.layouts.trees import trees_tables
 from rtbench.report.layouts.watertightness import watertightness_tables
@@ -45,6 +47,9 @@ _OWN_LAYOUTS = {
     "break_even": break_even_tables,
     "compilers": compilers_tables,
     "packets": packets_tables,
+    "effects": effects_tables,
+    "subsampling": subsampling_tables,
+    "techniques": techniques_tables,
     "trees": trees_tables,
     "tree_builders": builders_tables,
 }

@@ -2,16 +2,14 @@
 
 A tracer is compiled twice: from its sources as they are, with constants that are False before the
 blocks of absent effects, and from sources out of whose syntax these blocks were deleted. Both must
-give the same intermediate code of LLVM, but for names and numbers.
+give the same intermediate code of LLVM, but for names, numbers and the order in which blocks stand.
 """
 
 from __future__ import annotations
 
 import ast
-import difflib
 import hashlib
 import importlib.util
-import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterable
@@ -21,6 +19,7 @@ from pathlib import Path
 from rtbench.compiled import cache
 from rtbench.compiled.instantiate import Instance
 from rtbench.tracer import module
+from rtbench.tracer.canonical_code import canonical
 from rtbench.tracer.render import Renderer
 
 COMPILED = "; compiled: "  # heads the kept code: the functions that it was made from
@@ -76,11 +75,12 @@ def deleted(absent: Iterable[str]) -> Callable[[ast.FunctionDef], ast.FunctionDe
 class Deleted(Renderer):
     """A renderer whose tracer comes from sources without the blocks of what it does not hold."""
 
-    def _instance(self) -> Instance:
+    def _compile(self) -> bool:
         features = self._features()
         absent = [name for name, inside in features.constants().items() if not inside]
         precision = self.options.precision
-        return module.instantiated(self.kernel, precision, features, deleted(absent))
+        self.instance = module.instantiated(self.kernel, precision, features, deleted(absent))
+        return self.instance.fresh
 
 
 class _Deleting(ast.NodeTransformer):
@@ -191,105 +191,3 @@ def _compiled_aside(path: Path) -> dict[str, object]:
         made = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(made)
     return vars(made)
-
-
-_NAME = re.compile(r'[@%](?:"(?:[^"\\]|\\.)*"|[-\w.$]+)|#\d+|![\w.]+|\$(?:"[^"]*"|[-\w.$]+)')
-_LABEL = re.compile(r'^("(?:[^"\\]|\\.)*"|[-\w.$]+):')
-_NEXT = re.compile(r'label (%(?:"(?:[^"\\]|\\.)*"|[-\w.$]+))')
-_INCOMING = re.compile(r'\[ ([^\[\]]*), (%(?:"(?:[^"\\]|\\.)*"|[-\w.$]+)) \]')
-_MODULE = re.compile(r'\[\d+ x i8\] c"missing Environment: [^"]*"')  # it names the module
-# What names the module or numbers what is said of the code, and is no code.
-_ASIDE = ("source_filename", "; ", "!", "target ", "attributes #")
-_ENTRY = "%.first"
-
-
-def canonical(text: str) -> str:
-    """Return intermediate code with names, numbers and blocks in the order of their appearance.
-
-    Two functions that differ only in how things are called, or in which order blocks that jump to
-    each other are written down, have the same canonical code. What stands behind semicolons, and
-    facts about the code (metadata), is left out.
-    """
-    shared: dict[str, str] = {}
-    lines: list[str] = []
-    body: list[str] | None = None
-    for line in text.splitlines():
-        if line.startswith(_ASIDE) or not line.strip():
-            continue
-        line = _MODULE.sub("this module", _uncommented(line)).rstrip()
-        if body is not None:
-            body.append(line)
-            if line == "}":
-                lines += _renamed(_in_order(body), shared, {})
-                body = None
-        elif line.startswith("define "):
-            body = [line]
-        else:
-            lines += _renamed([line], shared, shared)
-    return "\n".join(lines) + "\n"
-
-
-def _in_order(function: list[str]) -> list[str]:
-    """Return a function with its blocks in the order in which a search along jumps meets them."""
-    head, *rest = function[:-1]
-    blocks: dict[str, list[str]] = {_ENTRY: []}
-    current = blocks[_ENTRY]
-    for line in rest:
-        label = _LABEL.match(line)
-        if label and (current or len(blocks) > 1):
-            current = blocks[f"%{label[1]}"] = []
-        elif label:  # the first block may have a name or none
-            current = blocks[f"%{label[1]}"] = blocks.pop(_ENTRY)
-        else:
-            current.append(line)
-    entry = next(iter(blocks))
-    places: dict[str, int] = {}
-    waiting = [entry]
-    while waiting:
-        name = waiting.pop()
-        if name not in places:
-            places[name] = len(places)
-            waiting += reversed(_NEXT.findall("\n".join(blocks[name])))
-    lines = [head]
-    for name in places:
-        lines.append(f"{name}:")
-        lines += [_sorted_incoming(line, places) for line in blocks[name]]
-    return [*lines, "}"]
-
-
-def _sorted_incoming(line: str, places: dict[str, int]) -> str:
-    """Return a phi with what it takes from each block in the order of the blocks."""
-    if " = phi " not in line:
-        return line
-    # A block without a place is the first one, which need not have a name.
-    pairs = sorted(_INCOMING.findall(line), key=lambda pair: places.get(pair[1], 0))
-    start = line[: line.index("[ ")]
-    return start + ", ".join(f"[ {value}, {block} ]" for value, block in pairs)
-
-
-def _renamed(lines: list[str], shared: dict[str, str], local: dict[str, str]) -> list[str]:
-    def renamed(found: re.Match) -> str:
-        word = found.group()
-        if word[0] in "#!":
-            return word[0]
-        names = local if word[0] == "%" else shared
-        return names.setdefault(word, f"{word[0]}{len(names)}")
-
-    return [_NAME.sub(renamed, line) for line in lines]
-
-
-def _uncommented(line: str) -> str:
-    """Return a line without what stands behind a semicolon outside quotes."""
-    quoted = False
-    for place, sign in enumerate(line):
-        if sign == '"':
-            quoted = not quoted
-        elif sign == ";" and not quoted:
-            return line[:place]
-    return line
-
-
-def first_difference(one: str, other: str) -> str:
-    """Return the first lines in which two codes differ; empty if they do not."""
-    pairs = difflib.unified_diff(one.splitlines(), other.splitlines(), lineterm="", n=2)
-    return "\n".join(line for _, line in zip(range(24), pairs, strict=False))

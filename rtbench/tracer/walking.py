@@ -269,8 +269,11 @@ def in_the_way(world, time, start, light):
     if TRIANGLES or BOUNDED:
         if SHADOW_CACHE:
             begin, end = world.last[light, 0], world.last[light, 1]
-            if end > begin and leaf_in_the_way(world, begin, end, ray, time, start) == BLOCKED:
-                return BLOCKED
+            if end > begin:
+                if leaf_in_the_way(world, begin, end, ray, time, start) == BLOCKED:
+                    return BLOCKED
+                # The shadow has ended: points in the light need not ask for it again.
+                world.last[light, 1] = 0
         if BVH:
             return max(found, bvh_in_the_way(world, ray, time, start, light))
         return max(found, kd_in_the_way(world, ray, time, start, light))

@@ -293,24 +293,29 @@ CORNERS = np.array([[[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [0.0, 1.5, 0.5]]])
 FLOOR = Plane(point=(0.0, -1.0, 0.0), normal=(0.0, 1.0, 0.0), material=0)
 
 
+SHAPES = ("spheres", "cones", "discs", "planes")
+
+
 @pytest.mark.full
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("structure", ["bvh", "kd"])
-def test_kinds_that_are_forced_change_no_bit(precision, structure):
-    scenes = [
-        small(BALL, FLOOR),
-        small(Triangles(corners=CORNERS, material=0)),
-        small(Triangles(corners=CORNERS, material=0), FLOOR, BALL),
-    ]
-    for scene in scenes:
-        options = {"precision": precision, "structure": structure}
-        own = Renderer(scene, Options(**options)).render()
-        for more in (
-            {"kinds": ("spheres", "cones", "discs", "planes")},
-            {"kinds": KINDS},
+@pytest.mark.parametrize(
+    ("objects", "more"),
+    [
+        ((FLOOR,), {"kinds": KINDS}),  # a tree of nothing
+        ((FLOOR, BALL), {"kinds": KINDS}),
+        ((Triangles(corners=CORNERS, material=0),), {"kinds": SHAPES}),  # in blocks, as before
+        (
+            (Triangles(corners=CORNERS, material=0), FLOOR, BALL),
             {"kinds": KINDS, "force": tuple(EFFECTS)},
-        ):
-            other = Renderer(scene, Options(**options, **more)).render()
-            assert own.pixels.tobytes() == other.pixels.tobytes()
-            assert own.rays == other.rays
+        ),
+    ],
+    ids=["plane", "shapes", "triangle", "all"],
+)
+@pytest.mark.parametrize("how", [("float32", "kd"), ("float64", "bvh")], ids=" ".join)
+def test_kinds_that_are_forced_change_no_bit(objects, more, how):
+    options = dict(zip(("precision", "structure"), how, strict=True))
+    scene = small(*objects)
+    own = Renderer(scene, Options(**options)).render()
+    other = Renderer(scene, Options(**options, **more)).render()
+    assert own.pixels.tobytes() == other.pixels.tobytes()
+    assert own.rays == other.rays
     assert len({pixel.tobytes() for pixel in own.pixels.reshape(-1, 3)}) > 20
