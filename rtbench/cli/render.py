@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from rtbench.cli import options
+from rtbench.cli import render_options as checks
 
 EXAMPLES = """\b
 Examples:
@@ -102,11 +103,12 @@ file_path = click.Path(path_type=Path)
 )
 @options.table_format
 @options.quiet
+@checks.help_scene
 def command(scene, models, form, quiet, **asked):
     """Trace SCENE into a picture.
 
     SCENE is a scene in TOML, an NFF file, a mesh file or a generated model (framed and lit), or the
-    name of a scene that comes with rtbench.
+    name of a scene that comes with rtbench. --help-scene shows the format.
 
     What the scene does not call for is not compiled: no refraction without glass, no shadow rays
     without lights. Prints what was simulated, the seconds, the rays by kind, and the file. json is
@@ -115,7 +117,6 @@ def command(scene, models, form, quiet, **asked):
     --orbit times one turn of the camera, frame by frame in turns: every kernel, subsampling and
     shading on and off. --ledger traces the scene again for each effect.
     """
-    from rtbench.cli import render_options as checks
     from rtbench.cli.progress import Progress
 
     checks.must_agree(asked)
@@ -151,7 +152,6 @@ def _scene(name: str, models: Path | None, size: tuple[int, int] | None, asked: 
 
 def _options(asked: dict):
     """Return the options of the tracer; what was not asked for stays as it is there."""
-    from rtbench.cli.render_options import grid_of, structure_of
     from rtbench.kernels import registry
     from rtbench.scenes.model import Settings
     from rtbench.tracer.options import Options, Subsampling
@@ -162,14 +162,14 @@ def _options(asked: dict):
         must_be_fit(registry.find(name))
     of_tree = _given(asked, ("structure", "rule", "builder"))
     trees.Options(**of_tree)
-    of_tree["structure"] = structure_of(**of_tree)
+    of_tree["structure"] = checks.structure_of(**of_tree)
     Settings(**_given(asked, OF_SCENE))  # found out before the scene is read
     given = _given(asked, ("precision",)) | of_tree
     if asked["kernel"]:
         given["kernel"] = asked["kernel"][0]
     if asked["subsampling"] is not None:
         more = _given(asked, ("tolerance", "interpolation"))
-        given["subsampling"] = Subsampling(grid=grid_of(asked["subsampling"]), **more)
+        given["subsampling"] = Subsampling(grid=checks.grid_of(asked["subsampling"]), **more)
     return Options(
         without=asked["without"],
         force=asked["force"],
@@ -186,7 +186,6 @@ def _given(asked: dict, names: tuple[str, ...]) -> dict:
 
 def _render(scene, chosen, asked, threads, form, progress) -> str:
     """Write the picture and what else was asked for; return what is printed."""
-    from rtbench.cli import render_options as checks
     from rtbench.images.writing import SUFFIXES, write
     from rtbench.records.tabular import replace
     from rtbench.report.layouts import picture as layout
@@ -241,8 +240,8 @@ def _heat_files(path: Path | None) -> dict[str, Path]:
 
 
 def _write_heats(files: dict[str, Path], heat: dict, remark: str) -> None:
-    from rtbench.images.heat import heat_figure
     from rtbench.report.charts import style
+    from rtbench.report.charts.picture_heat import heat_figure
 
     for what, path in files.items():
         figure = heat_figure(heat[what], what, "a pixel", remark=remark)
@@ -260,11 +259,10 @@ def _ledger(scene, chosen, threads, progress) -> list:
 
 
 def _orbit(scene, chosen, asked, threads, progress):
-    from rtbench.cli.render_options import counts_of
     from rtbench.report.layouts.orbit import table
     from rtbench.tracer import orbit
 
-    counts = counts_of(asked["objects"]) if asked["objects"] is not None else ()
+    counts = checks.counts_of(asked["objects"]) if asked["objects"] is not None else ()
     width, height = scene.camera.width, scene.camera.height
     scenes = [scene, *(orbit.crowd(count, width, height) for count in counts)]
 

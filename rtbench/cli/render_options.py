@@ -1,4 +1,5 @@
-"""What can be asked of a picture: values from text, and questions that contradict each other."""
+"""What can be asked of a picture: values from text, and questions that contradict each other; and
+the format of a scene in words."""
 
 from __future__ import annotations
 
@@ -7,9 +8,29 @@ import re
 import tempfile
 from pathlib import Path
 
+import click
+
 from rtbench.errors import RtbenchError, unknown
 
 MOST_THREADS = 1024
+
+
+def _print_format(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        from rtbench.scenes.documentation import documented
+
+        click.echo(documented(), nl=False)
+        context.exit()
+
+
+help_scene = click.option(
+    "--help-scene",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_format,
+    help="Show the format of scenes, every table and key, and exit.",
+)
 
 
 def size_of(text: str) -> tuple[int, int]:

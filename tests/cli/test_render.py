@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import shlex
+import textwrap
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,7 +33,7 @@ def traced(monkeypatch):
     asked = []
 
     class Renderer:
-        def __init__(self, scene, options, progress=None):
+        def __init__(self, scene, options, progress=None, later=False):
             self.scene, self.options = scene, options
             self.effects = effects.compiled(scene, options.without, options.force)
 
@@ -56,6 +57,7 @@ def traced(monkeypatch):
         return dataclasses.replace(orbit.crowd(6, 40, 30), name=name, remarks=("a remark",))
 
     monkeypatch.setattr(tracer, "Renderer", Renderer)
+    monkeypatch.setattr(tracer, "compile_all", lambda renderers, progress: progress(1.0))
     monkeypatch.setattr(reading, "read", read)
     return asked
 
@@ -187,6 +189,22 @@ def test_bad_input_is_told_in_a_line_before_anything_is_traced(
     told = told._replace(err=told.err.replace("rtbench: a remark\n", ""))
     assert said in refused(told)
     assert traced == [] and list((tmp_path / "here").iterdir()) == []
+
+
+def test_the_format_of_scenes_is_printed_and_its_example_is_one(rtbench, tmp_path):
+    from rtbench.scenes import reading
+
+    # Eager: a scene is not needed, and what is wrong beside it is not looked at.
+    told = rtbench("render", "--size", "nothing", "--help-scene")
+    assert (told.code, told.err) == (0, "")
+    assert max(map(len, told.out.splitlines())) <= 100
+    for table in ("[camera]", "[settings]", "[materials.NAME]", "[[lights]]", "[[objects]]"):
+        assert f"\n{table}" in told.out
+    _, example = told.out.split("A whole scene:\n")
+    (tmp_path / "ball.toml").write_text(textwrap.dedent(example), encoding="utf-8")
+    scene = reading.read(str(tmp_path / "ball.toml"))
+    assert (scene.name, len(scene.objects), len(scene.lights)) == ("ball", 2, 1)
+    assert "--help-scene" in rtbench("render", "--help").out
 
 
 def test_no_scene(rtbench, traced):

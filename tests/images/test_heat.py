@@ -1,13 +1,12 @@
-"""Heat maps: the colours of viridis as published, one to one in a PNG; figures with their unit."""
+"""Heat maps: the colours of viridis as published, one to one in a PNG."""
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from rtbench.errors import RtbenchError
-from rtbench.images.heat import heat_figure, heat_map
+from rtbench.images.heat import heat_map
 from rtbench.images.writing import write
-from rtbench.report.charts import style
 
 # First, middle and last colour of viridis, as its authors list them.
 FIRST, MIDDLE, LAST = (0x44, 0x01, 0x54), (0x21, 0x91, 0x8C), (0xFD, 0xE7, 0x25)
@@ -47,30 +46,5 @@ def test_what_is_no_map_is_refused():
     for values in (np.zeros(3), np.zeros((2, 2, 3)), np.zeros((0, 3))):
         with pytest.raises(RtbenchError, match="height, width"):
             heat_map(values)
-        with pytest.raises(RtbenchError, match="height, width"):
-            heat_figure(values, "steps", "per ray")
     with pytest.raises(RtbenchError, match="scale from 5 to 5"):
         heat_map(np.zeros((2, 2)), least=5, most=5)
-
-
-def test_the_figure_tells_its_unit_and_its_numbers(tmp_path):
-    values = np.full((60, 80), 4.0)
-    values[0, 0], values[5, 5] = 1000, np.nan
-    figure = heat_figure(values, "traversal steps", "per ray", "balls", "float64")
-    panel, bar = figure.axes
-    assert bar.get_ylabel() == "traversal steps (per ray)"
-    shown = panel.images[0]
-    assert shown.get_clim() == (0, 4)  # one pixel of 4800 is beyond the scale
-    assert shown.colorbar.extend == "max"
-    words = " ".join(text.get_text() for text in figure.texts)
-    assert "balls" in words and "80 x 60 pixels" in words and "float64" in words
-    assert "greatest 1000" in words and "grey: 1 pixels without a number" in words
-    (path,) = style.save(figure, tmp_path / "heat", ["png"])
-    with Image.open(path) as image:
-        assert image.size[0] > 400
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (3, 400), (400, 3)])
-def test_figures_of_odd_shapes_are_drawn(tmp_path, shape):
-    figure = heat_figure(np.zeros(shape), "steps", "")
-    assert style.save(figure, tmp_path / "heat", ["png"])
