@@ -156,7 +156,10 @@ def world_of(
     }
     grids = int(np.sum(arrays["lights"]["grid"] ** 2))
     # Each generation leaves two rays waiting, or four where colours part, and those through glass.
-    most = 64 + (4 + grids) * (max(_depth(scene, options), 1) + 2)
+    generations = max(_depth(scene, options), 1)
+    if effects["indirect"] and scene.settings.indirect is not None:
+        generations = max(generations, scene.settings.indirect.depth)
+    most = 64 + (4 + grids) * (generations + 2)
     return World(
         base,
         arrays,
