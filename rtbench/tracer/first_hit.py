@@ -33,7 +33,7 @@ from rtbench.trees.traversal.leaf_tests import ask
 
 # Stand-ins for what each generated module puts at its top.
 REAL = np.float64
-TRIANGLES = SHAPES = False
+TRIANGLES = SHAPES = READS_END = False
 INFINITY = REAL(np.inf)
 BAND = 64  # rows that a thread takes at a time
 WIDER = 1.0  # pixels, by which a box's picture is widened
@@ -86,6 +86,8 @@ def rasterised(
             for x in range(int(left), int(np.ceil(right))):
                 for axis in range(3):
                     ray.dir[axis] = ways[y, x, axis]
+                    if READS_END:
+                        ray.end[axis] = ray.orig[axis] + ray.dir[axis]
                 at = -1.0
                 if TRIANGLES and (not SHAPES or i < triangles.shape[0]):
                     result = ask(triangles[i], ray)
@@ -123,6 +125,7 @@ def rasteriser(kernel: Kernel, precision: str, kinds: frozenset[str]) -> Instanc
     constants = inside.constants | {
         "TRIANGLES": str("triangles" in kinds),
         "SHAPES": str(bool(shapes)),
+        "READS_END": str("end" in leaves.ray_type(kernel, precision).names),
         "DEPTH_OF_FIELD": "False",
         "ONE_MORE": "np.uint64(1)",
         "INFINITY": "REAL(np.inf)",

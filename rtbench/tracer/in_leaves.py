@@ -19,6 +19,7 @@ REAL = np.float64
 WIDTH = 8
 TRIANGLES = BLOCKS = SHAPES = BOUNDED = MOTION = REFRACTION = COUNTED = False
 RETURNS_THREE = True
+READS_END = False
 NO_INDEX = np.int32(0x7FFFFFFF)
 FREE, BLOCKED, THROUGH = np.int64(0), np.int64(1), np.int64(2)
 TESTS = 15
@@ -62,6 +63,8 @@ def moved(world, primitive, time):
     for axis in range(3):
         seen.orig[axis] = ray.orig[axis] - time * world.velocities[primitive, axis]
         seen.dir[axis] = ray.dir[axis]
+        if READS_END:
+            seen.end[axis] = seen.orig[axis] + seen.dir[axis]
     seen.tmax = ray.tmax
     return seen
 

@@ -207,6 +207,7 @@ def arguments(
         entry = change(entry)
     real = REAL_TYPE[precision].__name__
     constants = inside.constants | {k: str(v) for k, v in told.items() if k != "TRIANGLE"}
+    constants["READS_END"] = str("end" in leaves.ray_type(kernel, precision).names)
     constants |= _constants(precision, features)
     imports = [inside.imports] if "vector_functions" in inside.imports else []
     if not imports:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-REAL = np.float64  # stands in for the constant of a generated module
+# Stand-ins for what each generated module puts at its top.
+REAL = np.float64
+READS_END = False  # whether the kernel reads a second point of the ray
 
 
 def wait(world, top, kind, depth, start, orig, dir, far, weight, wave):
@@ -21,6 +23,8 @@ def aim(ray, orig, dir, far):
     """Make ray 0, which the kernels read, start and go there."""
     for axis in range(3):
         ray.orig[axis], ray.dir[axis] = orig[axis], dir[axis]
+        if READS_END:
+            ray.end[axis] = orig[axis] + dir[axis]
     ray.tmax = far
 
 
