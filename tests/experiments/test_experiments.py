@@ -200,6 +200,9 @@ def test_shipped_configs_run(go, name):
         small |= {"models": ("scanned:1000",), "kernels": config.kernels[:1], "ways": ("stack",)}
         small |= {"precisions": ("float32",), "rules": ("sah",), "width": 8, "height": 8}
         small |= {"builders": ("nlog2n",), "overlaps": ("clipped",), "judged": 10, "sizes": (1000,)}
+    if config.experiment in ("effects", "subsampling", "techniques"):  # each tracer is compiled
+        small |= {"scenes": ("matte",), "kernels": ("moller_trumbore",), "width": 16, "height": 12}
+        small |= {"parts": ("steps",)} if config.experiment == "effects" else {}
     done = go(config, **small)
     assert done.finished and done.info["experiment"] in EXPERIMENTS
     if config.experiment == "operations":
