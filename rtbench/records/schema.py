@@ -372,7 +372,7 @@ TABLES = {
 TEXT_COLUMNS = frozenset(
     {
         *("kernel", "label", "precision", "order", "table", "family", "edges", "claims", "why"),
-        *("peer", "model", "digest", "scene", "tracer", "picture", "code", "functions"),
+        *("peer", "model", "digest", "tracer", "picture", "code", "functions"),
         *("grid", "interpolation", "technique"),
     }
 )
