@@ -41,11 +41,14 @@ from numba import from_dtype, njit
 from numba.types import boolean, float32, float64, int8, int32, int64
 from numba.types import uint8, uint32, uint64, void
 
+from rtbench.compiled.callees import CalleeCompiler
+
 # The numpy error model: the default one's branch at every division keeps code from vectorising.
 # _nrt=False: an inner function may not allocate, so no array handed to it is reference-counted.
 INNER = dict(
     error_model="numpy",
     _nrt=False,
+    pipeline_class=CalleeCompiler,
     forceinline={forceinline},
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,{inner_flags}
@@ -63,6 +66,7 @@ HEADER_NAMES = frozenset(
     {
         *("math", "np", "from_dtype", "njit", "boolean", "float32", "float64", "int8", "int32"),
         *("int64", "uint8", "uint32", "uint64", "void", "INNER", "OUTLINED", "ENTRY"),
+        "CalleeCompiler",
     }
 )
 

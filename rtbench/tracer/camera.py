@@ -77,7 +77,8 @@ def sample(world, x, y, number, side):
         if x < world.first.shape[1] and y < world.first.shape[0]:
             world.last[known, 0], world.last[known, 1] = world.first[y, x, 0], world.first[y, x, 1]
     world.counts[PRIMARY] += 1
-    wait(world, 0, PRIMARY, 0, np.int32(-1), orig, dir, INFINITY, (1.0, 1.0, 1.0), 0.0)
+    none = np.int64(0)
+    wait(world, none, PRIMARY, none, np.int32(-1), orig, dir, INFINITY, (1.0, 1.0, 1.0), 0.0)
     return radiance(world, seed, time)
 
 
@@ -85,7 +86,7 @@ def pixel(world, x, y):
     """Return the colour of a pixel: the mean of its samples."""
     settings = world.settings[0]
     red, green, blue = 0.0, 0.0, 0.0
-    taken, mean, spread = 0, 0.0, 0.0
+    taken, mean, spread = np.int64(0), 0.0, 0.0
     while taken < settings.samples:
         r, g, b = sample(world, x, y, taken, settings.side)
         red, green, blue = red + r, green + g, blue + b

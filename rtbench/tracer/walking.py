@@ -89,9 +89,13 @@ def widen(line):
         line[12 + axis] = line[axis] - pad
 
 
-def low_side(line, axis):
-    """Return which row of a node's boxes a ray enters by."""
-    return 8 * axis if line[3 + axis] > START else 8 * axis + 24
+def low_sides(line):
+    """Return which rows of a node's boxes a ray enters by."""
+    return (
+        0 if line[3] > START else 24,
+        8 if line[4] > START else 32,
+        16 if line[5] > START else 40,
+    )
 
 
 def nearest_in_bvh(world, ray, time, start, index, t, u, v):
@@ -100,8 +104,8 @@ def nearest_in_bvh(world, ray, time, start, index, t, u, v):
     if not enters:
         return index, t, u, v
     widen(line)
-    low_x, low_y, low_z = low_side(line, 0), low_side(line, 1), low_side(line, 2)
-    at, top = 0, 0
+    low_x, low_y, low_z = low_sides(line)
+    at, top = np.int64(0), 0
     while True:
         if COUNTED:
             world.counts[STEPS] += 1
@@ -145,10 +149,10 @@ def bvh_in_the_way(world, ray, time, start, light):
     if not entered[0]:
         return FREE
     widen(line)
-    low_x, low_y, low_z = low_side(line, 0), low_side(line, 1), low_side(line, 2)
+    low_x, low_y, low_z = low_sides(line)
     limit = entered[1]
     found = FREE
-    at, top = 0, 0
+    at, top = np.int64(0), 0
     while True:
         if COUNTED:
             world.counts[STEPS] += 1
@@ -157,7 +161,7 @@ def bvh_in_the_way(world, ray, time, start, light):
         while boxes:
             place = lowest_bit(boxes)
             boxes &= boxes - np.uint32(1)
-            child, count = node.child[place], node.count[place]
+            child, count = np.int64(node.child[place]), node.count[place]
             if count == 0:
                 words[top] = child
                 top += 1
@@ -281,7 +285,7 @@ def in_the_way(world, time, start, light):
 
 
 CALLEES = (
-    *(come_in, met, widen, low_side, nearest_in_bvh, bvh_in_the_way, nearest_in_kd, kd_in_the_way),
+    *(come_in, met, widen, low_sides, nearest_in_bvh, bvh_in_the_way, nearest_in_kd, kd_in_the_way),
     *(nearest, in_the_way),
 )
 NUMBERS = {"STACK": STACK, "STEPS": STEPS}
