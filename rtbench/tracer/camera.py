@@ -28,8 +28,8 @@ FEWEST = 16  # samples before a pixel's noise is believed
 
 def from_camera(camera, seed, x, y):
     """Return where a ray through the picture's point (x, y), in pixels, starts, and its way."""
-    right = (2.0 * x) / REAL(camera.width) - 1.0
-    up = 1.0 - (2.0 * y) / REAL(camera.height)
+    right = x * camera.per_column - 1.0
+    up = 1.0 - y * camera.per_row
     dx = camera.forward[0] + right * camera.right[0] + up * camera.up[0]
     dy = camera.forward[1] + right * camera.right[1] + up * camera.up[1]
     dz = camera.forward[2] + right * camera.right[2] + up * camera.up[2]
@@ -46,8 +46,8 @@ def from_camera(camera, seed, x, y):
             lz = a * camera.across[2] + b * camera.upward[2]
             ox, oy, oz = ox + lx, oy + ly, oz + lz
             dx, dy, dz = dx * camera.focus - lx, dy * camera.focus - ly, dz * camera.focus - lz
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    return (ox, oy, oz), (dx / length, dy / length, dz / length)
+    scale = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+    return (ox, oy, oz), (dx * scale, dy * scale, dz * scale)
 
 
 def sample(world, x, y, number, side):

@@ -27,6 +27,7 @@ from rtbench.shapes.records import KINDS, shape_type
 from rtbench.tracer import records, sampling, world
 from rtbench.tracer.camera import from_camera
 from rtbench.tracer.turns import in_turns
+from rtbench.tracer.view import covered
 from rtbench.trees import leaves
 from rtbench.trees.traversal import leaf_tests
 from rtbench.trees.traversal.leaf_tests import ask
@@ -36,37 +37,9 @@ REAL = np.float64
 TRIANGLES = SHAPES = READS_END = False
 INFINITY = REAL(np.inf)
 BAND = 64  # rows that a thread takes at a time
-WIDER = 1.0  # pixels, by which a box's picture is widened
 
 
-def covered(box, camera, base):
-    """Return which pixels a box may cover: left, upper, right, lower, as REAL.
-
-    A box that reaches behind the camera may cover them all.
-    """
-    left, upper, right, lower = INFINITY, INFINITY, -INFINITY, -INFINITY
-    for corner in range(8):
-        x = REAL(box[3 if corner & 1 else 0]) + base[0] - camera.position[0]
-        y = REAL(box[4 if corner & 2 else 1]) + base[1] - camera.position[1]
-        z = REAL(box[5 if corner & 4 else 2]) + base[2] - camera.position[2]
-        depth = x * camera.forward[0] + y * camera.forward[1] + z * camera.forward[2]
-        far = max(abs(x), abs(y), abs(z))
-        if not depth > 0.001 * far:
-            return 0.0, 0.0, REAL(camera.width), REAL(camera.height)
-        across = x * camera.right[0] + y * camera.right[1] + z * camera.right[2]
-        along = x * camera.up[0] + y * camera.up[1] + z * camera.up[2]
-        wide = camera.right[0] ** 2 + camera.right[1] ** 2 + camera.right[2] ** 2
-        high = camera.up[0] ** 2 + camera.up[1] ** 2 + camera.up[2] ** 2
-        column = (across / (wide * depth) + 1.0) * 0.5 * REAL(camera.width)
-        row = (1.0 - along / (high * depth)) * 0.5 * REAL(camera.height)
-        left, right = min(left, column), max(right, column)
-        upper, lower = min(upper, row), max(lower, row)
-    return left, upper, right, lower
-
-
-def rasterised(
-    triangles, shapes, boxes, base, camera, rays, ways, best, winner, count, first_row, last_row
-):
+def rasterised(triangles, shapes, places, camera, rays, ways, best, winner, first_row, last_row):
     view, ray = camera[0], rays[0]
     for y in range(first_row, last_row):
         for x in range(view.width):
@@ -76,10 +49,10 @@ def rasterised(
     for axis in range(3):
         ray.orig[axis] = view.position[axis]
     ray.tmax = INFINITY
-    for i in range(count):
-        left, upper, right, lower = covered(boxes[i], view, base)
-        left, right = max(left - WIDER, 0.0), min(right + WIDER, REAL(view.width))
-        upper, lower = max(upper - WIDER, REAL(first_row)), min(lower + WIDER, REAL(last_row))
+    for i in range(places.shape[0]):
+        left, right = max(places[i, 0], 0.0), min(places[i, 2], np.float64(view.width))
+        upper = max(places[i, 1], np.float64(first_row))
+        lower = min(places[i, 3], np.float64(last_row))
         if not (left < right and upper < lower):
             continue
         for y in range(int(upper), int(np.ceil(lower))):
@@ -114,10 +87,10 @@ def rasteriser(kernel: Kernel, precision: str, kinds: frozenset[str]) -> Instanc
     Returns
     -------
     Instance
-        ``call(triangles, shapes, boxes, base, camera, rays, ways, best, winner, count, first_row,
-        last_row)``: records as the kernel reads them one by one, SHAPE records, local boxes
-        (count, 6) float32 and from where they are taken; directions (H, W, 3), t (H, W), which
-        begins at infinity, and the primitive (H, W) int32 are written for rows from first_row on.
+        ``call(triangles, shapes, places, camera, rays, ways, best, winner, first_row, last_row)``:
+        records as the kernel reads them one by one, SHAPE records, where each primitive may be
+        seen (`rtbench.tracer.view.covered`); directions (H, W, 3), t (H, W), which begins at
+        infinity, and the primitive (H, W) int32 are written for rows from first_row on.
     """
     inside = leaves.test_of(kernel, precision, leaves.ONE_BY_ONE)
     real = REAL_TYPE[precision]
@@ -129,13 +102,12 @@ def rasteriser(kernel: Kernel, precision: str, kinds: frozenset[str]) -> Instanc
         "DEPTH_OF_FIELD": "False",
         "ONE_MORE": "np.uint64(1)",
         "INFINITY": "REAL(np.inf)",
-        "WIDER": f"REAL({WIDER})",
         "HIT": str(HIT),
         "SHAPE": dtype_source(shape_type(real)),
         "CAMERA": dtype_source(records.camera_type(real)),
     }
     constants |= any_shape.constants(shapes) | sampling.constants(precision)
-    own = (leaf_tests.ask, *any_shape.CALLEES, *sampling.CALLEES, from_camera, covered)
+    own = (leaf_tests.ask, *any_shape.CALLEES, *sampling.CALLEES, from_camera)
     name = real.__name__
     with refused_in_a_line(kernel, " in the rasteriser"):
         return instantiate(
@@ -146,8 +118,8 @@ def rasteriser(kernel: Kernel, precision: str, kinds: frozenset[str]) -> Instanc
             ),
             constants=constants,
             signature=(
-                f"void(TRIANGLE[::1], SHAPE[::1], float32[:, ::1], {name}[::1], CAMERA[::1], "
-                f"RAY[::1], {name}[:, :, ::1], {name}[:, ::1], int32[:, ::1], int64, int64, int64)"
+                f"void(TRIANGLE[::1], SHAPE[::1], float64[:, ::1], CAMERA[::1], RAY[::1], "
+                f"{name}[:, :, ::1], {name}[:, ::1], int32[:, ::1], int64, int64)"
             ),
             title=f"What primary rays hit, rasterised: {kernel.name} in {precision}",
             forceinline=True,
@@ -185,19 +157,18 @@ def first_hits(
     best, winner = np.full((height, width), np.inf, real), np.full((height, width), -1, np.int32)
     call = rasteriser(kernel, precision, made.kinds).call
     ray_type = leaves.ray_type(kernel, precision)
+    places = covered(made.boxes, made.tree_base, camera)
 
     def band(begin: int, end: int) -> None:
         call(
             triangles,
             shapes,
-            made.boxes,
-            made.tree_base.astype(real),
+            places,
             camera,
             np.zeros(1, ray_type),
             ways,
             best,
             winner,
-            len(made.boxes),
             begin * BAND,
             min(end * BAND, height),
         )

@@ -58,13 +58,18 @@ def texture_type(real: type) -> np.dtype:
 
 
 def camera_type(real: type) -> np.dtype:
-    """Return the dtype of a camera: ``right`` and ``up`` reach to the picture's sides."""
+    """Return the dtype of a camera: ``right`` and ``up`` reach to the picture's sides.
+
+    ``per_column`` and ``per_row`` say how much of them a pixel takes.
+    """
     vectors = ("position", "right", "up", "forward", "across", "upward")
     return np.dtype(
         [
             *((name, real, 3) for name in vectors),
             ("lens_radius", real),
             ("focus", real),
+            ("per_column", real),
+            ("per_row", real),
             ("width", np.int64),
             ("height", np.int64),
         ],

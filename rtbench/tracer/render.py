@@ -16,7 +16,17 @@ from rtbench.compiled.layout import REAL_TYPE
 from rtbench.errors import RtbenchError
 from rtbench.kernels import registry
 from rtbench.scenes.model import Camera, Scene
-from rtbench.tracer import effects, lighting, module, onward, records, subsampling, tracing, world
+from rtbench.tracer import (
+    effects,
+    lighting,
+    module,
+    onward,
+    records,
+    subsampling,
+    tracing,
+    view,
+    world,
+)
 from rtbench.tracer.first_hit import first_hits, rasteriser
 from rtbench.tracer.options import Options
 from rtbench.tracer.turns import in_turns
@@ -181,16 +191,14 @@ class Renderer:
         image = np.zeros((height, width, 3), real)
         heat = np.zeros((height, width, 2) if self.options.counted else (1, 1, 2), np.int32)
         arrays = tuple(self.world.arrays.values())
-        seen = world.camera_of(camera, self.world.base, real)
-        tiles = np.array(
-            [
-                (left, upper, min(left + TILE, width), min(upper + TILE, height))
-                for upper in range(0, height, TILE)
-                for left in range(0, width, TILE)
-            ],
-            np.int64,
-        )
-        threads = min(threads, os.cpu_count() or 1, len(tiles))
+        seen = view.camera_of(camera, self.world.base, real)
+        tiles, empty = view.tiles_of(self.world, seen, TILE)
+        if self.options.subsampling is not None:  # asks for pixels of the next tile
+            tiles, empty = np.concatenate([tiles, empty]), empty[:0]
+        if len(empty):  # to be traced by itself: all that is empty looks like its first pixel
+            tiles = np.concatenate([tiles, [(*empty[0, :2], *(empty[0, :2] + 1))]])
+        many = len(tiles) - bool(len(empty))
+        threads = max(1, min(threads, os.cpu_count() or 1, many))
         first = np.zeros((1, 1, 2), np.int64)
         if self.options.first_hit:
             first = first_hits(self.kernel, self.options.precision, self.world, seen, threads)
@@ -218,8 +226,14 @@ class Renderer:
                 end,
             )
 
-        in_turns(len(tiles), threads, trace, progress)
-        total = np.sum(counted, axis=0)
+        more = np.zeros(COUNTERS, np.int64)
+        if len(empty):
+            trace(many, many + 1)
+            more = room.counts * (np.prod(empty[:, 2:] - empty[:, :2], axis=1).sum() - 1)
+            for left, upper, right, lower in empty:
+                image[upper:lower, left:right] = image[empty[0, 1], empty[0, 0]]
+        in_turns(many, threads, trace, progress)
+        total = np.sum(counted, axis=0) + more
         seconds = self.seconds | {"trace": time.perf_counter() - begin}
         heats = {}
         if self.options.counted:

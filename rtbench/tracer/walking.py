@@ -64,7 +64,7 @@ def come_in(orig, dir, tmax, scene, line):
     line[8] = np.float32(pad * abs(iz))
     limit = np.float32(np.float64(tmax) * size + slack)
     slack = slack if GREATEST_T * size >= scene[12] else np.inf
-    return finite & (size > 0.0), limit, 0.0, size, slack
+    return finite & (size > 0.0), limit, 0.0, size, slack, pad
 
 
 def met(world, at, line, low_x, low_y, low_z, limit):
@@ -81,12 +81,12 @@ def met(world, at, line, low_x, low_y, low_z, limit):
     return near, near <= far
 
 
-def widen(line):
+def widen(line, pad):
     """Move the origin against the ray for planes that it enters by, along it for the others."""
     for axis in range(3):
-        pad = line[6 + axis] / line[3 + axis]
-        line[9 + axis] = line[axis] + pad
-        line[12 + axis] = line[axis] - pad
+        wider = np.float32(pad if line[3 + axis] > START else -pad)
+        line[9 + axis] = line[axis] + wider
+        line[12 + axis] = line[axis] - wider
 
 
 def low_sides(line):
@@ -100,10 +100,10 @@ def low_sides(line):
 
 def nearest_in_bvh(world, ray, time, start, index, t, u, v):
     line, state, words = world.line, world.state, world.words
-    enters, limit, begin, size, slack = come_in(ray.orig, ray.dir, t, world.scene, line)
+    enters, limit, begin, size, slack, pad = come_in(ray.orig, ray.dir, t, world.scene, line)
     if not enters:
         return index, t, u, v
-    widen(line)
+    widen(line, pad)
     low_x, low_y, low_z = low_sides(line)
     at, top = np.int64(0), 0
     while True:
@@ -148,7 +148,7 @@ def bvh_in_the_way(world, ray, time, start, light):
     entered = come_in(ray.orig, ray.dir, ray.tmax, world.scene, line)
     if not entered[0]:
         return FREE
-    widen(line)
+    widen(line, entered[5])
     low_x, low_y, low_z = low_sides(line)
     limit = entered[1]
     found = FREE
@@ -181,7 +181,7 @@ def bvh_in_the_way(world, ray, time, start, light):
 def nearest_in_kd(world, ray, time, start, index, t, u, v):
     line = world.line
     far_nodes, nears, fars = world.far_nodes, world.nears, world.fars
-    enters, limit, begin, size, slack = enter(ray.orig, ray.dir, t, world.scene, line)
+    enters, limit, begin, size, slack, _ = enter(ray.orig, ray.dir, t, world.scene, line)
     if not enters:
         return index, t, u, v
     node, near, far, top = np.uint32(0), START, limit, 0

@@ -52,6 +52,8 @@ class World:
         Of all that the tree holds, taken from ``tree_base``, (3,) float64.
     places : (P,) int64 array
         Where the tree holds each of them.
+    parts : (n, 6) float32 array
+        Boxes of groups of neighbours, no more than PARTS, that hold all of them.
     """
 
     base: np.ndarray
@@ -65,8 +67,10 @@ class World:
     boxes: np.ndarray
     tree_base: np.ndarray
     places: np.ndarray
+    parts: np.ndarray
 
 
+PARTS = 512
 KIND_NAMES = {Sphere: "spheres", Cone: "cones", Disc: "discs", Plane: "planes"}
 
 
@@ -172,23 +176,8 @@ def world_of(
         geometry.boxes,
         geometry.base,
         table.places,
+        _parts(geometry.boxes, built.refs),
     )
-
-
-def camera_of(camera: object, base: np.ndarray, real: type) -> np.ndarray:
-    """Return a camera as the compiled tracer reads it, (1,)."""
-    record = np.zeros(1, records.camera_type(real))
-    right, up, forward = camera.axes
-    half = np.tan(np.radians(camera.angle) / 2)
-    record["position"] = np.subtract(camera.position, base)
-    record["right"] = right * half * (camera.width / camera.height)
-    record["up"] = up * half
-    record["forward"] = forward
-    record["across"], record["upward"] = right, up
-    record["lens_radius"] = camera.lens_radius
-    record["focus"] = camera.distance if camera.focus is None else camera.focus
-    record["width"], record["height"] = camera.width, camera.height
-    return record
 
 
 def settings_of(
@@ -317,6 +306,16 @@ def _faces(corners: np.ndarray, smooth: np.ndarray, real: type) -> np.ndarray:
 
 def _square(vectors: np.ndarray) -> np.ndarray:
     return (vectors * vectors).sum(axis=1)
+
+
+def _parts(boxes: np.ndarray, refs: np.ndarray) -> np.ndarray:
+    """Return what is around groups of boxes that a tree holds side by side."""
+    if not len(refs):
+        return np.zeros((0, 6), np.float32)
+    begin = np.unique(np.linspace(0, len(refs), PARTS, endpoint=False).astype(np.int64))
+    held = boxes[refs]
+    low = np.minimum.reduceat(held[:, :3], begin)
+    return np.concatenate([low, np.maximum.reduceat(held[:, 3:], begin)], axis=1)
 
 
 def _of_corners(meshes, counts, effects, real):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbench.compiled.vector_bits import bits_of, descending, how_many, told_apart
+from rtbench.compiled.vector_bits import as_single, bits_of, descending, how_many, told_apart
 from rtbench.compiled.vector_functions import choose, greater, lesser, row, spread
 from rtbench.compiled.vector_memory import load, prefetch_either, save
 from rtbench.trees.bvh.build import DEEPEST
@@ -33,7 +33,7 @@ LESS = np.float32(1 - 2**-20)  # more than the last bits of a float32, in which 
 
 
 def lanes_enter(orig, dir, tmax, scene, line):  # as `rtbench.trees.traversal.groups` makes it
-    return False, np.float32(0), 0.0, 0.0, 0.0
+    return False, np.float32(0), 0.0, 0.0, 0.0, 0.0
 
 
 def take(rays, first, second, a, b, numbers, who):
@@ -56,7 +56,7 @@ def take(rays, first, second, a, b, numbers, who):
 
 def come_in(numbers, scene, state, words, ready):
     """Let rays enter; return the bits of those that do; ``ready`` is what `limit_of` wants."""
-    enters, exit, start, size, slack = lanes_enter(
+    enters, exit, start, size, slack, pad = lanes_enter(
         (load(numbers, 0, LANES), load(numbers, LANES, LANES), load(numbers, 2 * LANES, LANES)),
         (
             load(numbers, 3 * LANES, LANES),
@@ -67,13 +67,13 @@ def come_in(numbers, scene, state, words, ready):
         scene,
         state,
     )
+    wider = as_single(pad)
     for axis in range(3):
-        inverse = load(state, INVERSE + axis * LANES, LANES)
+        rises = load(state, INVERSE + axis * LANES, LANES) > START
         origin = load(state, COME + axis * LANES, LANES)
-        pad = load(state, LEAVE + axis * LANES, LANES) / inverse
-        save(state, COME + axis * LANES, origin + pad)
-        save(state, LEAVE + axis * LANES, origin - pad)
-        rises = inverse > START
+        pads = choose(rises, wider, -wider)
+        save(state, COME + axis * LANES, origin + pads)
+        save(state, LEAVE + axis * LANES, origin - pads)
         low = choose(rises, np.int32(axis * 8), np.int32(axis * 8 + 24))
         save(words, LOW + axis * LANES, low)
     save(state, LIMIT, exit)

@@ -35,16 +35,8 @@ SLOWEST = 2.0**-26  # of the fastest component, in the walk
 SLOWEST_OF_ALL = 2.0**-200  # and before it
 
 
-def not_slower(x, least):  # x, moved away from 0
-    return x if abs(x) >= least else (-least if x < 0.0 else least)
-
-
 def not_greater(x, most):  # x, moved towards 0
-    return x if abs(x) <= most else (-most if x < 0.0 else most)
-
-
-def nearest_side(low, high, origin, inverse):
-    return ((low if inverse > 0.0 else high) - origin) * inverse
+    return min(max(x, -most), most)
 
 
 def enter(orig, dir, tmax, scene, line):
@@ -70,6 +62,8 @@ def enter(orig, dir, tmax, scene, line):
     start, size, slack : float64
         A t is ``t * size - start`` in s, and cells that begin later than that by more than slack
         cannot hold anything nearer.
+    pad : float64
+        By how much planes are widened to both sides; the line has it in units of s.
     """
     ox, oy, oz = (
         np.float64(orig[0]) - scene[0],
@@ -80,24 +74,19 @@ def enter(orig, dir, tmax, scene, line):
     # A NaN anywhere makes the sum one; minima and maxima do not tell.
     finite = abs(ox) + abs(oy) + abs(oz) + abs(dx) + abs(dy) + abs(dz) < np.inf
     size = max(abs(dx), abs(dy), abs(dz))
-    dx = not_slower(dx / size, SLOWEST_OF_ALL)
-    dy = not_slower(dy / size, SLOWEST_OF_ALL)
-    dz = not_slower(dz / size, SLOWEST_OF_ALL)
+    # Neither division waits for another.
+    ix = not_greater(size / dx, 1.0 / SLOWEST_OF_ALL)
+    iy = not_greater(size / dy, 1.0 / SLOWEST_OF_ALL)
+    iz = not_greater(size / dz, 1.0 / SLOWEST_OF_ALL)
+    dx, dy, dz = dx / size, dy / size, dz / size
     extent = 2.0 * max(max(-scene[3], scene[6]), max(-scene[4], scene[7]), max(-scene[5], scene[8]))
     away = max(abs(ox), abs(oy), abs(oz)) + extent
     pad = WALK_ROUNDING * extent + KERNEL_ROUNDING * away + DOUBLE_ROUNDING * scene[9] + LEAST_PAD
-    ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
-    start = max(
-        0.0,
-        nearest_side(scene[3] - pad, scene[6] + pad, ox, ix),
-        nearest_side(scene[4] - pad, scene[7] + pad, oy, iy),
-        nearest_side(scene[5] - pad, scene[8] + pad, oz, iz),
-    )
-    end = min(
-        nearest_side(scene[6] + pad, scene[3] - pad, ox, ix),
-        nearest_side(scene[7] + pad, scene[4] - pad, oy, iy),
-        nearest_side(scene[8] + pad, scene[5] - pad, oz, iz),
-    )
+    low_x, high_x = (scene[3] - pad - ox) * ix, (scene[6] + pad - ox) * ix
+    low_y, high_y = (scene[4] - pad - oy) * iy, (scene[7] + pad - oy) * iy
+    low_z, high_z = (scene[5] - pad - oz) * iz, (scene[8] + pad - oz) * iz
+    start = max(0.0, min(low_x, high_x), min(low_y, high_y), min(low_z, high_z))
+    end = min(max(low_x, high_x), max(low_y, high_y), max(low_z, high_z))
     # What t may be off by, and where floats are far apart: a t so small, or held at the greatest.
     slack = 2.0 * pad + T_ROUNDING * away + LEAST_T * size
     end = min(end, np.float64(tmax) * size + slack)
@@ -116,7 +105,7 @@ def enter(orig, dir, tmax, scene, line):
     line[6] = np.float32(pad * abs(ix))
     line[7] = np.float32(pad * abs(iy))
     line[8] = np.float32(pad * abs(iz))
-    return enters, np.float32(leaves), start, size, slack
+    return enters, np.float32(leaves), start, size, slack, pad
 
 
 def limit_of(t, start, size, slack):
@@ -124,7 +113,7 @@ def limit_of(t, start, size, slack):
     return np.float32(np.float64(t) * size - start + slack)
 
 
-CALLEES = (not_slower, not_greater, nearest_side, enter, limit_of)
+CALLEES = (not_greater, enter, limit_of)
 
 
 def margins(extent: float, reach: float, precision: str) -> tuple[float, float, float]:

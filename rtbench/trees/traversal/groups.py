@@ -25,7 +25,7 @@ from rtbench.kernels.contract import ZERO, Kernel
 from rtbench.trees import leaves
 from rtbench.trees.traversal import entering, walks
 
-OF_ENTERING = ("not_slower", "not_greater", "nearest_side", "enter")
+OF_ENTERING = ("not_greater", "enter")
 NAMES = ("bits_and", "bits_of", "bits_or", "float_of_bits", "gather", "high_half", "how_many")
 NAMES += ("as_double", "as_single", "joined_halves", "load", "low_half", "lowest_bit", "mask_of")
 NAMES += ("prefetch", "save", "scatter", "shifted_left", "shifted_right", "signed")
@@ -44,7 +44,7 @@ def test(tri, ray, tmax):  # the kernel
 
 
 def lanes_enter(orig, dir, tmax, scene, line):  # what `entering_in_lanes` makes
-    return False, np.float32(0), 0.0, 0.0, 0.0
+    return False, np.float32(0), 0.0, 0.0, 0.0, 0.0
 
 
 def nearest_of_blocks(refs, triangles, begin, end, ray, index, t, u, v):
@@ -91,7 +91,7 @@ def fetch(rays, first, second, a, b, scene, who, numbers, ready_lines, ready):
             b += 1
             if b == second.shape[0]:
                 a, b = a + 1, 0
-    enters, exit, start, size, slack = lanes_enter(
+    enters, exit, start, size, slack, _ = lanes_enter(
         (load(numbers, 0, LANES), load(numbers, LANES, LANES), load(numbers, 2 * LANES, LANES)),
         (
             load(numbers, 3 * LANES, LANES),

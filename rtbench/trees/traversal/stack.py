@@ -18,7 +18,7 @@ TRUE, FALSE = np.int32(1), np.int32(0)
 
 
 def enter(orig, dir, tmax, scene, line):
-    return False, np.float32(0), 0.0, 0.0, 0.0
+    return False, np.float32(0), 0.0, 0.0, 0.0, 0.0
 
 
 def limit_of(t, start, size, slack):
