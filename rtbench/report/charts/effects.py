@@ -70,7 +70,7 @@ def tracers_chart(effects: Effects, group: tuple[str, str]) -> Figure:
         axes.axhline(len(scenes) - 0.5, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("time / time of the scene's own tracer (ratio)")
     marks.legend(axes, title="compiled in")
-    notes = [f"{group[0]}, {group[1]}", f"{marks.INTERVAL_NOTE}, paired by rounds"]
+    notes = [f"{group[0]}, {group[1]}", f"paired by rounds, {marks.noted(axes)}"]
     notes += ["right of 1: slower than with only what the scene calls for"]
     notes.append(machine.processor(effects.run))
     style.head(figure, "Compiled in and not called for", "; ".join(notes))
@@ -151,7 +151,7 @@ def steps_chart(effects: Effects, group: tuple[str, str]) -> Figure:
     ]
     axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.13, 1.02), borderaxespad=0)
     notes = [f"{group[0]}, {group[1]}", "plain: rays from the camera and Lambert's law"]
-    notes += [f"{marks.INTERVAL_NOTE} up to there", machine.processor(effects.run)]
+    notes += [f"times up to there: {marks.noted(axes)}", machine.processor(effects.run)]
     style.head(figure, "Effects, one by one", "; ".join(notes))
     return figure
 

@@ -35,6 +35,17 @@ def errors(middle: Sequence[float], low: Sequence, high: Sequence) -> np.ndarray
     return None if np.isnan(distances).all() else np.maximum(distances, 0)
 
 
+def noted(*panels: Axes) -> str:
+    """Return what is said of error bars: what they are, or that there are none."""
+    bars = (
+        each.has_xerr or each.has_yerr
+        for axes in panels
+        for each in axes.containers
+        if isinstance(each, ErrorbarContainer)
+    )
+    return INTERVAL_NOTE if any(bars) else "no intervals"
+
+
 def line(axes: Axes, x, frame, look: Look, label: str) -> ErrorbarContainer:
     """Draw a kernel's times over x with their intervals."""
     middle, low, high = (frame[name].astype(float) for name in ("ns_per_test", "ci_low", "ci_high"))

@@ -132,7 +132,7 @@ def subsampling_chart(ways: Ways, group: Group) -> Figure:
         for t, mark in marked.items()
     ]
     marks.legend(panels[1], handles=handles, title="tolerance")
-    notes = [f"{group[0]}, {group[1]}", f"{marks.INTERVAL_NOTE}, paired by rounds"]
+    notes = [f"{group[0]}, {group[1]}", f"paired by rounds, {marks.noted(*panels)}"]
     notes += ["with tolerance 0 cells are filled whose corners are equal, whatever is inside"]
     notes += ["left of the first decade the error's scale is linear", machine.processor(ways.run)]
     style.head(figure, "Adaptive subsampling: speed-up against error", "; ".join(notes))
@@ -202,7 +202,7 @@ def techniques_chart(techniques: Techniques, group: Group) -> Figure:
     axes.grid(axis="x")
     axes.set_xlabel(f"{_time(techniques)} without / with it (ratio)")
     marks.legend(axes)
-    notes = [f"{group[0]}, {group[1]}", f"{marks.INTERVAL_NOTE}, paired by rounds"]
+    notes = [f"{group[0]}, {group[1]}", f"paired by rounds, {marks.noted(axes)}"]
     notes += ["right of 1: it saves time", machine.processor(techniques.run)]
     style.head(figure, "Shadow cache, first hits, threads", "; ".join(notes))
     return figure
